@@ -12,8 +12,8 @@ from gpytorch_models import exact_model, log_evidence
 from twbal.core.errors import ConfigError, FitError
 from twbal.models.evidence import Evidence
 from twbal.models.fit import fit_gp
-from twbal.models.fit_objective import Objective
-from twbal.models.fit_settings import FitSettings, LogNormalPrior, Reference
+from twbal.models.fit_objective import FitObjective
+from twbal.models.fit_settings import FitSettings, LogNormalPrior, PriorReference
 from twbal.models.gp import condition, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters
 
@@ -143,13 +143,13 @@ def test_the_same_seed_gives_the_same_fit():
 
 
 def test_of_starts_that_end_at_one_optimum_one_goes_on_on_all_samples(monkeypatch):
-    polish, begins = Objective.polish, []
+    polish, begins = FitObjective.polish, []
 
     def counted(objective, evidence, start, *settings):
         begins.append(start)
         return polish(objective, evidence, start, *settings)
 
-    monkeypatch.setattr(Objective, "polish", counted)
+    monkeypatch.setattr(FitObjective, "polish", counted)
     inputs, targets = samples(200)
     alone = fit_gp(inputs, targets, replace(SETTINGS, finalists=1), seed=0)
     assert len(begins) == 2  # one for each output
@@ -201,7 +201,7 @@ def test_constant_columns_and_targets_give_finite_models(constant):
 def test_a_strong_length_scale_prior_wins_over_the_data():
     inputs, targets = samples(n=15)
     settings = FitSettings(**VALUES, length_scale_prior=LogNormalPrior(np.log(2.0), 0.01))
-    reference = Reference(np.array([[0.01, 1.0, 50.0], [0.02, 5.0, 300.0]]), np.ones(2))
+    reference = PriorReference(np.array([[0.01, 1.0, 50.0], [0.02, 5.0, 300.0]]), np.ones(2))
     gp = fit_gp(inputs, targets, settings, seed=0, reference=reference).gp
     np.testing.assert_allclose(gp.length_scales, 2.0 * reference.length_scales, rtol=0.05)
 
@@ -209,7 +209,7 @@ def test_a_strong_length_scale_prior_wins_over_the_data():
 def test_a_noise_prior_is_in_the_targets_units():
     inputs, targets = samples(n=15)
     settings = FitSettings(**VALUES, noise_prior=LogNormalPrior(0.0, 0.01))
-    reference = Reference(np.tile(UNITS, (2, 1)), np.array([0.2, 0.3]) * TARGET_UNITS)
+    reference = PriorReference(np.tile(UNITS, (2, 1)), np.array([0.2, 0.3]) * TARGET_UNITS)
     gp = fit_gp(inputs, targets, settings, seed=0, reference=reference).gp
     np.testing.assert_allclose(np.sqrt(gp.noise_variance), reference.noise_sd, rtol=0.05)
 

@@ -7,12 +7,12 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.models.evidence import Evidence
-from twbal.models.fit_settings import FitSettings, Reference
+from twbal.models.fit_settings import FitSettings, PriorReference
 from twbal.models.gp import SQUARED_EXPONENTIAL, Posterior, condition
 from twbal.models.hyperparameters import Hyperparameters, fit_hyperparameters
 
 
-class Fit(NamedTuple):
+class GPFit(NamedTuple):
     """What a fit found.
 
     Attributes:
@@ -29,10 +29,10 @@ def fit_gp(
     targets: Array,
     settings: FitSettings,
     seed: int,
-    reference: Reference | None = None,
+    reference: PriorReference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
     near: Hyperparameters | None = None,
-) -> Fit:
+) -> GPFit:
     """Exact GPs whose hyper-parameters maximise the evidence, less penalties and, where given, with priors.
 
     Args:
@@ -57,4 +57,4 @@ def fit_gp(
     found = fit_hyperparameters(inputs, targets, settings, seed, reference, near)
     gp = condition(inputs, targets, *found)
     evidence = in_threads(lambda a: Evidence(inputs, targets[:, a])(found.theta(a))[0], range(targets.shape[1]))
-    return Fit(gp, np.array(evidence))
+    return GPFit(gp, np.array(evidence))

@@ -32,7 +32,7 @@ class Minimum(NamedTuple):
     theta: Array
 
 
-class Objective:
+class FitObjective:
     """What the search minimises: minus evidence, plus penalties, minus log prior, for one output.
 
     Its coordinates are those of `Evidence` less `origin`, so that they are 0 at ℓ = std(X), α/σ = 1 and σ = std(y).

@@ -68,7 +68,7 @@ class FitSettings:
             raise ConfigError(f"max_signal_to_noise and max_relative_length_scale must exceed 1; found {self}.")
 
 
-class Reference(NamedTuple):
+class PriorReference(NamedTuple):
     """What the priors are relative to.
 
     Attributes:
@@ -80,10 +80,10 @@ class Reference(NamedTuple):
     noise_sd: Array
 
 
-def reference_of(inputs: Array, targets: Array) -> Reference:
+def reference_of(inputs: Array, targets: Array) -> PriorReference:
     """What priors are relative to where nothing else is known: std(X) and std(y)/10."""
     noise_sd = np.array([target_scale(target) for target in targets.T]) * START_NOISE
-    return Reference(np.tile(input_scales(inputs), (targets.shape[1], 1)), noise_sd)
+    return PriorReference(np.tile(input_scales(inputs), (targets.shape[1], 1)), noise_sd)
 
 
 def input_scales(inputs: Array) -> Array:

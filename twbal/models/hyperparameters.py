@@ -16,8 +16,8 @@ from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
 from twbal.core.threads import in_threads
 from twbal.models.evidence import Evidence
-from twbal.models.fit_objective import Minimum, Objective
-from twbal.models.fit_settings import START_NOISE, FitSettings, Reference, check_samples, reference_of
+from twbal.models.fit_objective import FitObjective, Minimum
+from twbal.models.fit_settings import START_NOISE, FitSettings, PriorReference, check_samples, reference_of
 
 Integers = NDArray[np.int64]
 Begin = TypeVar("Begin")
@@ -56,7 +56,7 @@ def fit_hyperparameters(
     targets: Array,
     settings: FitSettings,
     seed: int,
-    reference: Reference | None = None,
+    reference: PriorReference | None = None,
     near: Hyperparameters | None = None,
 ) -> Hyperparameters:
     """Hyper-parameters that maximise the evidence, less penalties and, where given, with priors.
@@ -88,10 +88,12 @@ def fit_hyperparameters(
     return Hyperparameters.from_thetas(np.array(best))
 
 
-def objectives(inputs: Array, targets: Array, settings: FitSettings, reference: Reference | None) -> list[Objective]:
+def objectives(
+    inputs: Array, targets: Array, settings: FitSettings, reference: PriorReference | None
+) -> list[FitObjective]:
     """One objective an output, for inputs (n, d) and targets (n, E)."""
     return [
-        Objective(inputs, target, settings, length_scales, float(noise_sd))
+        FitObjective(inputs, target, settings, length_scales, float(noise_sd))
         for target, length_scales, noise_sd in zip(
             targets.T, *(reference or reference_of(inputs, targets)), strict=True
         )
@@ -111,7 +113,7 @@ class _Search(NamedTuple):
         settings: how to search.
     """
 
-    objective: Objective
+    objective: FitObjective
     inputs: Array
     target: Array
     starts: Array
@@ -121,7 +123,7 @@ class _Search(NamedTuple):
 
     @classmethod
     def drawn(
-        cls, objective: Objective, inputs: Array, target: Array, settings: FitSettings, rng: np.random.Generator
+        cls, objective: FitObjective, inputs: Array, target: Array, settings: FitSettings, rng: np.random.Generator
     ) -> Self:
         """Starts about one that is a good guess."""
         n, d = inputs.shape

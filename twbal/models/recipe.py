@@ -11,8 +11,8 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions, unbroken
 from twbal.models.dynamics import DynamicsModel, without_simulation
-from twbal.models.fit import Fit
-from twbal.models.fit_settings import Reference, input_scales
+from twbal.models.fit import GPFit
+from twbal.models.fit_settings import PriorReference, input_scales
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
 from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
@@ -27,10 +27,10 @@ class GpFit(Protocol):
         targets: Array,
         *,
         seed: int,
-        reference: Reference | None,
+        reference: PriorReference | None,
         kernel: str,
         near: Hyperparameters | None = None,
-    ) -> Fit:
+    ) -> GPFit:
         """Fit GPs with a kernel, with priors relative to `reference` where there are priors.
 
         `near` is a fit to much the same samples, of which some of the search can be spared.
@@ -139,7 +139,7 @@ class ModelRecipe:
             near = Hyperparameters(before.length_scales, before.signal_variance, before.noise_variance)
         if model.has_simulation:
             length_scales = np.tile(input_scales(model.f.centres), (model.f.outputs, 1))
-            reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
+            reference = PriorReference(length_scales, np.sqrt(model.f.noise_variance))
         fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference, kernel=self.kernel, near=near)
         noise = fit.gp.noise_variance
         with_g = replace(model, g=fit.gp, process_noise=noise)

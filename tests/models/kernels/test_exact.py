@@ -10,7 +10,7 @@ from numpy.polynomial.hermite_e import hermegauss
 from twbal.core.errors import CheckpointError, ConfigError, FitError
 from twbal.models.dynamics import posterior_from_payload
 from twbal.models.fit import fit_gp
-from twbal.models.fit_settings import FitSettings, LogNormalPrior, Reference
+from twbal.models.fit_settings import FitSettings, LogNormalPrior, PriorReference
 from twbal.models.gp import GaussianProcess
 from twbal.models.kernels.exact import fit_prior
 from twbal.models.kernels.process import KernelProcess
@@ -116,7 +116,7 @@ def test_a_linear_kernel_continues_a_line_where_a_stationary_one_falls_back_to_z
 def test_a_prior_on_length_scales_and_noise_wins_over_few_data():
     inputs, targets = samples(12)
     priors = {"length_scale_prior": LogNormalPrior(np.log(2.0), 0.01), "noise_prior": LogNormalPrior(0.0, 0.01)}
-    reference = Reference(np.array([[0.01, 50.0], [0.02, 300.0]]), 0.2 * TARGET_UNITS)
+    reference = PriorReference(np.array([[0.01, 50.0], [0.02, 300.0]]), 0.2 * TARGET_UNITS)
     found = fit_prior(inputs, targets, "matern32", FitSettings(**VALUES, **priors), 0, reference)
     lengths = found.module.base_kernel.lengthscale[:, 0, :].numpy() * found.input_scales
     np.testing.assert_allclose(lengths, 2.0 * reference.length_scales, rtol=0.05)

@@ -16,11 +16,11 @@ from torch.nn.utils import parameters_to_vector, vector_to_parameters
 from twbal.core.errors import FitError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
-from twbal.models.fit import Fit
+from twbal.models.fit import GPFit
 from twbal.models.fit_settings import (
     START_NOISE,
     FitSettings,
-    Reference,
+    PriorReference,
     check_samples,
     input_scales,
     reference_of,
@@ -49,14 +49,14 @@ class ExactModel(gpytorch.models.ExactGP):  # type: ignore[misc]
 
 
 def fit_exact(
-    inputs: Array, targets: Array, kernel: str, settings: FitSettings, seed: int, reference: Reference | None
-) -> Fit:
+    inputs: Array, targets: Array, kernel: str, settings: FitSettings, seed: int, reference: PriorReference | None
+) -> GPFit:
     """Exact GPs with any kernel; see `models.fit.fit_gp`."""
     with one_thread():
         return condition(inputs, targets, fit_prior(inputs, targets, kernel, settings, seed, reference))
 
 
-def condition(inputs: Array, targets: Array, prior: KernelProcess) -> Fit:
+def condition(inputs: Array, targets: Array, prior: KernelProcess) -> GPFit:
     """Exact posterior with the kernel and noise of `prior`: inputs (n, d), targets (n, E)."""
     process = prior.over(inputs)
     solved, evidence = [], []
@@ -66,11 +66,16 @@ def condition(inputs: Array, targets: Array, prior: KernelProcess) -> Fit:
         determinant = np.linalg.slogdet(2.0 * np.pi * total)[1]
         evidence.append(-0.5 * (target @ solved[a][0] + determinant))
     weights, inverses = map(np.array, zip(*solved, strict=True))
-    return Fit(replace(process, weights=weights, variance_matrix=inverses), np.array(evidence))
+    return GPFit(replace(process, weights=weights, variance_matrix=inverses), np.array(evidence))
 
 
 def fit_prior(
-    inputs: Array, targets: Array, kernel: str, settings: FitSettings, seed: int, reference: Reference | None = None
+    inputs: Array,
+    targets: Array,
+    kernel: str,
+    settings: FitSettings,
+    seed: int,
+    reference: PriorReference | None = None,
 ) -> KernelProcess:
     """A prior, and the noise, that maximise the evidence within limits and, where given, with priors of their own.
 
@@ -89,7 +94,7 @@ def fit_prior(
     found = []
     for a, target in enumerate(targets.T):
         model = ExactModel(x, torch.tensor(target / sizes[a]), build(kernel, inputs.shape[1]))
-        scaled = Reference(reference.length_scales[a] / scales, reference.noise_sd[a] / sizes[a])
+        scaled = PriorReference(reference.length_scales[a] / scales, reference.noise_sd[a] / sizes[a])
         _register_priors(model, settings, scaled)
         model.likelihood.noise = START_NOISE**2
         if target.any():
@@ -101,7 +106,7 @@ def fit_prior(
     return prior_process(kernel, parameters, scales, sizes, noise)
 
 
-def _register_priors(model: ExactModel, settings: FitSettings, reference: Reference) -> None:
+def _register_priors(model: ExactModel, settings: FitSettings, reference: PriorReference) -> None:
     """Log-normal priors on length-scales (but for those of waves, which are no distances) and on the noise."""
     prior = settings.length_scale_prior
     if prior:

@@ -7,8 +7,8 @@ import scipy.linalg
 
 from twbal.core.gaussian import Array
 from twbal.models.bound import JITTER
-from twbal.models.fit import Fit
-from twbal.models.fit_settings import FitSettings, Reference
+from twbal.models.fit import GPFit
+from twbal.models.fit_settings import FitSettings, PriorReference
 from twbal.models.kernels.exact import fit_prior
 from twbal.models.kernels.process import KernelProcess
 from twbal.models.kernels.threads import one_thread
@@ -18,13 +18,13 @@ _BLOCK = 2000  # samples whose covariances with the inducing inputs are in memor
 
 
 def fit_induced(
-    inputs: Array, targets: Array, kernel: str, settings: SparseSettings, seed: int, reference: Reference | None
-) -> Fit:
+    inputs: Array, targets: Array, kernel: str, settings: SparseSettings, seed: int, reference: PriorReference | None
+) -> GPFit:
     """As `models.sparse.fit_sparse_gp`; the parameters are those of the subset."""
     with one_thread():
         prior = fit_on_subset(inputs, targets, kernel, settings.subset, settings.fit, seed, reference)
         centres = choose_inducing(inputs, prior, settings.inducing, settings.tolerance)
-        return Fit(*condition_induced(inputs, targets, centres, prior))
+        return GPFit(*condition_induced(inputs, targets, centres, prior))
 
 
 def fit_on_subset(
@@ -34,7 +34,7 @@ def fit_on_subset(
     count: int,
     settings: FitSettings,
     seed: int,
-    reference: Reference | None,
+    reference: PriorReference | None,
 ) -> KernelProcess:
     """The prior of an exact fit to `count` random samples of inputs (n, d) and targets (n, E)."""
     chosen = random_subset(len(inputs), count, seed)
