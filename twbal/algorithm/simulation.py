@@ -15,7 +15,7 @@ from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.randomised import Draws, RandomisedPlant
 
 
-class Engine(StrEnum):
+class EngineName(StrEnum):
     """What integrates the motion."""
 
     PYBULLET = "pybullet"
@@ -40,7 +40,7 @@ class Simulation:
     start: StartPose
     physics_step: float
     effects: tuple[Effect, ...] = ()
-    engine: Engine = Engine.PYBULLET
+    engine: EngineName = EngineName.PYBULLET
     draws: Draws = field(default_factory=dict)
 
     def plant(self, seed: int) -> Plant:
@@ -51,7 +51,7 @@ class Simulation:
                 drawn.
         """
         robot, start, step = self.robot, self.start, self.physics_step
-        if self.engine is Engine.PLANAR:
+        if self.engine is EngineName.PLANAR:
             if self.draws:
                 raise ConfigError(
                     f"The planar model draws no robots; found {', '.join(self.draws)} in sim.draws. Leave sim.engine "
@@ -73,4 +73,4 @@ class Simulation:
     def with_values(self, values: Mapping[str, Mapping[str, float]], physics_step: float) -> "Simulation":
         """The same robot with other effects, by name and parameter, in PyBullet."""
         effects = tuple(effects_from(values))
-        return replace(self, effects=effects, physics_step=physics_step, engine=Engine.PYBULLET, draws={})
+        return replace(self, effects=effects, physics_step=physics_step, engine=EngineName.PYBULLET, draws={})

@@ -22,7 +22,7 @@ class Outside(NamedTuple):
     at_axle: float
 
 
-class Surroundings:
+class OutsideForces:
     """What acts from outside.
 
     Dry rolling resistance is a torque within bounds that would stop the wheels in this step, beside one that it has

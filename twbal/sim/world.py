@@ -15,7 +15,7 @@ from twbal.sim.bullet import Client, pybullet
 from twbal.sim.bullet_robot import BulletRobot
 from twbal.sim.gears import Gears
 from twbal.sim.restart_state import RestartState
-from twbal.sim.surroundings import Surroundings
+from twbal.sim.surroundings import OutsideForces
 
 _LARGEST_STEP = 0.001
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
@@ -25,7 +25,7 @@ class World(Engine):
     """Integrates a machine by PyBullet.
 
     Friction of joints and tyres is that of `BulletRobot`, and a slope is gravity that leans: all inside the engine.
-    What the engine has no form for acts on it step by step: see `Gears` and `Surroundings`.
+    What the engine has no form for acts on it step by step: see `Gears` and `OutsideForces`.
 
     Args:
         machine: the robot with its effects.
@@ -43,7 +43,7 @@ class World(Engine):
         self._slope = machine.ground.slope
         self._physics_step = physics_step
         self._gears = Gears(machine, physics_step)
-        self._surroundings = Surroundings(machine, physics_step)
+        self._surroundings = OutsideForces(machine, physics_step)
         self._client = client = Client()
         client.setPhysicsEngineParameter(
             fixedTimeStep=physics_step,
