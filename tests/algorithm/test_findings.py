@@ -41,7 +41,7 @@ RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=50, 
 
 
 def best(*iterations, oscillation_limit=None):
-    found = [Findings(each, None, ()) for each in iterations]
+    found = [IterationFindings(each, None, ()) for each in iterations]
     return summarise(found, (), "paper", 0, 1.0, RULE, oscillation_limit).best_iteration
 
 
@@ -136,7 +136,7 @@ def test_policy_0_that_an_earlier_round_in_simulation_found_is_no_repetition():
 
 @pytest.mark.parametrize(
     ("diagnosis", "searches", "said"),
-    [(Diagnosis.USED, 1, False), (Diagnosis.USED, 3, True), (Diagnosis.NOT_MADE, 3, False)],
+    [(DiagnosisOutcome.USED, 1, False), (DiagnosisOutcome.USED, 3, True), (DiagnosisOutcome.NOT_MADE, 3, False)],
 )
 def test_policies_that_fell_in_rehearsal_are_told_of(diagnosis, searches, said):
     note = _note(iteration(1, 10, diagnosis=diagnosis), [], searches)

@@ -11,7 +11,7 @@ from hydra import compose
 from twbal.algorithm.iteration import Base, PolicyFile
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate
-from twbal.algorithm.steps import Difference
+from twbal.algorithm.steps import FittedDifference
 from twbal.cli.artefacts import MODEL, POLICY
 from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest
@@ -62,7 +62,9 @@ class NotedSteps(StageSteps):
         return PolicyFile(f"{policy}/policy.pt", self._kept.get(str(policy), str(policy)))
 
     def chosen(self, place):
-        return Difference(place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0))
+        return FittedDifference(
+            place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0)
+        )
 
     def closed(self, diagnosis):
         return 0.0 if str(diagnosis) in self._useless else 0.9

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from twbal.algorithm.iteration import Basis, Diagnosis, Iteration, PolicyFile, Reason, Search
+from twbal.algorithm.iteration import Basis, DiagnosisOutcome, Iteration, PolicyFile, Reason, Search
 from twbal.algorithm.summary import SimData, Summary
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
@@ -54,7 +54,7 @@ def iteration(index: int, successes: int, trials: int = 10) -> Iteration:
         None,
         Basis.CORRECTED if index else Basis.SIMULATION,
         Search.FOUND,
-        Diagnosis.NOT_MADE,
+        DiagnosisOutcome.NOT_MADE,
         0.03,
         0.04,
     )
@@ -232,11 +232,11 @@ def test_policy_0_of_another_method_was_not_searched_on_f(change: dict[str, obje
 @pytest.mark.parametrize(
     ("diagnosis", "said"),
     [
-        (Diagnosis.USED, "was diagnosed and added to it, and f was learned again"),
-        (Diagnosis.NOT_USED, "left most of its error, so the simulation stayed as it was"),
+        (DiagnosisOutcome.USED, "was diagnosed and added to it, and f was learned again"),
+        (DiagnosisOutcome.NOT_USED, "left most of its error, so the simulation stayed as it was"),
     ],
 )
-def test_a_diagnosis_is_told_where_it_was_made(diagnosis: Diagnosis, said: str) -> None:
+def test_a_diagnosis_is_told_where_it_was_made(diagnosis: DiagnosisOutcome, said: str) -> None:
     assert said in paragraphs({}, {"diagnosis": diagnosis})[1]
     assert "diagnos" not in " ".join(paragraphs({}, {}))
 

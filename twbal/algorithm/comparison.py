@@ -52,7 +52,7 @@ class Run(NamedTuple):
     values: Mapping[str, float]
 
 
-class Estimate(NamedTuple):
+class MedianEstimate(NamedTuple):
     """A median with its 95 % bootstrap interval; a single run has none."""
 
     value: float
@@ -107,7 +107,7 @@ def run_values(summary: Summary) -> dict[str, float]:
     }
 
 
-def estimate(values: Sequence[float], seed: int) -> Estimate | None:
+def estimate(values: Sequence[float], seed: int) -> MedianEstimate | None:
     """Median of what was measured, with a bootstrap interval; None where nothing was.
 
     Of an even number it is the mean of the two in the middle, which is infinite where one of them is: then half of the
@@ -122,11 +122,11 @@ def estimate(values: Sequence[float], seed: int) -> Estimate | None:
         return None
     middle = float(np.median(known))
     if len(known) == 1:
-        return Estimate(middle, None, None)
+        return MedianEstimate(middle, None, None)
     drawn = generator(Stream.BOOTSTRAP, seed).choice(known, (_RESAMPLES, len(known)))
     medians = np.sort(np.median(drawn, axis=1))
     low, high = medians[int(0.025 * _RESAMPLES)], medians[int(0.975 * _RESAMPLES)]
-    return Estimate(middle, float(low), float(high))
+    return MedianEstimate(middle, float(low), float(high))
 
 
 def paired(group: Sequence[Run], other: Sequence[Run], metric: str) -> Paired:

@@ -6,7 +6,7 @@ from math import inf, isfinite, isinf
 
 import numpy as np
 
-from twbal.algorithm.iteration import Diagnosis, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration import DiagnosisOutcome, Iteration, PolicyFile, Search
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Prediction
 from twbal.algorithm.ranking import Shown
@@ -40,7 +40,7 @@ class Measures:
 
 
 @dataclass(frozen=True)
-class Findings:
+class IterationFindings:
     """One iteration.
 
     Attributes:
@@ -54,7 +54,7 @@ class Findings:
     trials: tuple[Episode, ...]
 
 
-def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S, K], measures: Measures) -> list[Findings]:
+def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S, K], measures: Measures) -> list[IterationFindings]:
     """What is known of each policy.
 
     Args:
@@ -62,19 +62,19 @@ def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S, K], measures: 
         steps: that it was learned by.
         measures: by what to measure.
     """
-    found: list[Findings] = []
+    found: list[IterationFindings] = []
     for learned in result.policies:
         prediction = steps.prediction(learned.policy) if learned.predicted else None
         trials = () if learned.trials is None else steps.episodes([learned.trials])
         driven, policy = steps.episodes(learned.rollouts), steps.policy_file(learned.policy)
         before = [earlier.iteration for earlier in found]
         iteration = _iteration(learned, policy, prediction, driven, trials, measures, before)
-        found.append(Findings(iteration, prediction, trials))
+        found.append(IterationFindings(iteration, prediction, trials))
     return found
 
 
 def summarise(
-    found: Sequence[Findings],
+    found: Sequence[IterationFindings],
     simulated: Sequence[Episode],
     robot: str,
     seed: int,
@@ -263,7 +263,7 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
             f"g was learned on top of the f of the {iteration.base} simulation, which explains the rollouts best: "
             f"their log evidence is higher by {iteration.evidence_gain:.0f} than under the next best f."
         )
-    if iteration.diagnosis is Diagnosis.USED and searches > 1:
+    if iteration.diagnosis is DiagnosisOutcome.USED and searches > 1:
         notes.append(f"Searched {searches} times: what came before did not balance in the corrected simulation.")
     better = [other for other in before if other.successes > iteration.successes]
     if better and same is None:

@@ -18,7 +18,7 @@ from twbal.algorithm.steps import (
     AS_CONFIGURED,
     Conditions,
     CorrectedSimulation,
-    Difference,
+    FittedDifference,
     Identified,
     SearchInputs,
     Steps,
@@ -118,17 +118,17 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
 
     def fit_difference(
         self, place: Path, bases: Sequence[DynamicsModel], rollouts: Sequence[Episodes]
-    ) -> Timed[Difference[DynamicsModel]]:
+    ) -> Timed[FittedDifference[DynamicsModel]]:
         """f + g."""
         recipe, seed, episodes = self._setup.models.recipe, self._setup.models.g_seed, self.episodes(rollouts)
 
-        def learn() -> Difference[DynamicsModel]:
+        def learn() -> FittedDifference[DynamicsModel]:
             if not bases:
-                return Difference(recipe.learn_all(episodes, self._channels, seed).model)
+                return FittedDifference(recipe.learn_all(episodes, self._channels, seed).model)
             if len(bases) == 1:
-                return Difference(recipe.learn_difference(bases[0], episodes, seed).model)
+                return FittedDifference(recipe.learn_difference(bases[0], episodes, seed).model)
             learned = learn_on_likeliest(recipe, bases, episodes, seed)
-            return Difference(learned.learned.model, learned.chosen, learned.totals)
+            return FittedDifference(learned.learned.model, learned.chosen, learned.totals)
 
         return self._timed(place, learn)
 

@@ -82,7 +82,7 @@ class Reason(StrEnum):
     """The policy before, which stays: only its prediction is new."""
 
 
-class Diagnosis(StrEnum):
+class DiagnosisOutcome(StrEnum):
     """What became of a diagnosis of the real rollouts."""
 
     NOT_MADE = "not made"
@@ -194,7 +194,7 @@ class Iteration:
     same_policy_as: int | None = None
     basis: Basis | None = None
     search: Search | None = None
-    diagnosis: Diagnosis | None = None
+    diagnosis: DiagnosisOutcome | None = None
     tilt_band_median: float | None = None
     tilt_band_widest: float | None = None
     upright: int | None = None

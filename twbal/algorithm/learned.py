@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Generic, NamedTuple
 
-from twbal.algorithm.iteration import Base, Basis, Diagnosis
+from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
 from twbal.algorithm.steps import M, P, R
 
 
@@ -41,7 +41,7 @@ class LearnedPolicy(Generic[R, M, P]):
     rollouts: tuple[R, ...] = ()
     trials: R | None = None
     trials_of: int | None = None
-    diagnosis: Diagnosis = Diagnosis.NOT_MADE
+    diagnosis: DiagnosisOutcome = DiagnosisOutcome.NOT_MADE
     recalibrates: bool = False
     base: Base = Base.GIVEN
     evidence_gain: float | None = None

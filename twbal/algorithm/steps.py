@@ -93,7 +93,7 @@ class Identified(NamedTuple, Generic[K, S]):
     simulation: S
 
 
-class Difference(NamedTuple, Generic[M]):
+class FittedDifference(NamedTuple, Generic[M]):
     """f + g, and what f was chosen by.
 
     Attributes:
@@ -160,7 +160,7 @@ class Steps(ABC, Generic[R, M, P, S, K]):
         """Learn f from simulated rollouts."""
 
     @abstractmethod
-    def fit_difference(self, place: Path, bases: Sequence[M], rollouts: Sequence[R]) -> Timed[Difference[M]]:
+    def fit_difference(self, place: Path, bases: Sequence[M], rollouts: Sequence[R]) -> Timed[FittedDifference[M]]:
         """Learn g from real rollouts, on top of the base that they are likeliest under; of none the whole dynamics."""
 
     @abstractmethod

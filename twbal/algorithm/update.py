@@ -6,11 +6,11 @@ from functools import partial
 from pathlib import Path
 from typing import Generic
 
-from twbal.algorithm.iteration import Base, Basis, Diagnosis
+from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
-from twbal.algorithm.steps import Conditions, Difference, K, M, P, R, S, SearchInputs, Steps, Timed
+from twbal.algorithm.steps import Conditions, FittedDifference, K, M, P, R, S, SearchInputs, Steps, Timed
 from twbal.core.evaluation import SuccessCriterion, judged, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
@@ -108,7 +108,7 @@ class Update(Generic[R, M, P, S, K]):
         """Learn the model that `learned` begins with; what policies it chooses among does not matter yet."""
         self._model(inputs)
 
-    def _model(self, inputs: UpdateInputs[R, M, P]) -> tuple[K | None, Timed[Difference[M]]]:
+    def _model(self, inputs: UpdateInputs[R, M, P]) -> tuple[K | None, Timed[FittedDifference[M]]]:
         """What is known of the robot's parameters, and the model."""
         known: K | None = None
         bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
@@ -188,7 +188,7 @@ class Update(Generic[R, M, P, S, K]):
         found = self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
         if found.closed > CLOSED:
             return self._with_corrected_simulation(inputs, found.simulation)
-        return replace(self.with_g(inputs, Basis.CORRECTED), diagnosis=Diagnosis.NOT_USED)
+        return replace(self.with_g(inputs, Basis.CORRECTED), diagnosis=DiagnosisOutcome.NOT_USED)
 
     def _with_corrected_simulation(self, inputs: UpdateInputs[R, M, P], simulation: S) -> LearnedPolicy[R, M, P]:
         """Learn f from the corrected simulation, g, and a policy that balances there.
@@ -225,11 +225,11 @@ def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         fit_s=sum(each.fit_s for each in found),
         search_s=sum(each.search_s for each in found),
         searches=len(found),
-        diagnosis=Diagnosis.USED,
+        diagnosis=DiagnosisOutcome.USED,
     )
 
 
-def _gain(fit: Difference[M]) -> float | None:
+def _gain(fit: FittedDifference[M]) -> float | None:
     """By how much likelier the data are under the base that was kept than under the next best [nats]."""
     others = [value for number, value in enumerate(fit.log_evidences) if number != fit.base]
     return fit.log_evidences[fit.base] - max(others) if others else None

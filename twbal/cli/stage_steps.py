@@ -15,7 +15,7 @@ from twbal.algorithm.steps import (
     AS_CONFIGURED,
     Conditions,
     CorrectedSimulation,
-    Difference,
+    FittedDifference,
     Identified,
     SearchInputs,
     Steps,
@@ -99,17 +99,19 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
         """A call of fit-sim-gp."""
         return self._fitted("fit-sim-gp", place, {"episodes": list(rollouts)})
 
-    def fit_difference(self, place: Path, bases: Sequence[Path], rollouts: Sequence[Path]) -> Timed[Difference[Path]]:
+    def fit_difference(
+        self, place: Path, bases: Sequence[Path], rollouts: Sequence[Path]
+    ) -> Timed[FittedDifference[Path]]:
         """A call of fit-diff-gp."""
         several = len(bases) > 1
         dynamics = list(bases) if several else next(iter(bases), None)
         fitted = self._fitted("fit-diff-gp", place, {"dynamics": dynamics, "episodes": list(rollouts)})
-        return Timed(self.chosen(place) if several else Difference(fitted.value), fitted.seconds)
+        return Timed(self.chosen(place) if several else FittedDifference(fitted.value), fitted.seconds)
 
-    def chosen(self, place: Path) -> Difference[Path]:
+    def chosen(self, place: Path) -> FittedDifference[Path]:
         """The model in a folder, and which of several bases it has."""
         found = read_base_evidence(self._chain.root / place / EVIDENCE)
-        return Difference(place / MODEL, found.chosen, found.totals)
+        return FittedDifference(place / MODEL, found.chosen, found.totals)
 
     def identify(self, place: Path, rollouts: Sequence[Path]) -> Timed[Identified[Path, Path]]:
         """A call of identify."""

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from twbal.algorithm.findings import Findings, Measures
+from twbal.algorithm.findings import IterationFindings, Measures
 from twbal.algorithm.iteration import Iteration
 from twbal.algorithm.summary import Summary
 from twbal.core.channels import Channels
@@ -23,7 +23,9 @@ from twbal.viz.trial_figures import Trials, drift_figure, tilt_figure
 SHAPES = (0.25, 0.5, 1.0)  # of the paper's cost; 0.5 is its own
 
 
-def pictures(summary: Summary, found: Sequence[Findings], measures: Measures, control_period: float) -> Pictures:
+def pictures(
+    summary: Summary, found: Sequence[IterationFindings], measures: Measures, control_period: float
+) -> Pictures:
     """Draw all of them.
 
     Args:
@@ -62,7 +64,7 @@ def save(drawn: Pictures, folder: Path) -> list[Path]:
     return files
 
 
-def _prediction(found: Findings, channels: Channels, control_period: float) -> str | None:
+def _prediction(found: IterationFindings, channels: Channels, control_period: float) -> str | None:
     if found.prediction is None:
         return None
     courses = [trial.states for trial in found.trials]
@@ -78,7 +80,7 @@ def _prediction(found: Findings, channels: Channels, control_period: float) -> s
     return svg(figure)
 
 
-def _grouped(found: Sequence[Findings], course: Callable[[Episode], Array], between: str) -> list[Trials]:
+def _grouped(found: Sequence[IterationFindings], course: Callable[[Episode], Array], between: str) -> list[Trials]:
     return [Trials(_title(each.iteration, between), [course(trial) for trial in each.trials]) for each in found]
 
 

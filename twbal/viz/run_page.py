@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from twbal.algorithm.iteration import Basis, Diagnosis, Iteration, Search
+from twbal.algorithm.iteration import Basis, DiagnosisOutcome, Iteration, Search
 from twbal.algorithm.outcome import counted, driving, headline, rule_in_words, warnings_on
 from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_driven, trials_rows
@@ -82,7 +82,7 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         verdicts=trials_rows(summary),
         count=summary.count(summary.best_iteration),
         first_count=summary.count(0),
-        corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
+        corrected=any(iteration.diagnosis is DiagnosisOutcome.USED for iteration in summary.iterations),
         steps=what_was_done(summary, setting.ensemble),
         doubts=warnings_on(summary, summary.iterations[-1]),
         driven=[trials_driven(iteration) for iteration in summary.iterations],
@@ -152,11 +152,11 @@ def _updated(iteration: Iteration) -> str:
     """What an update did after its rollouts."""
     data = f"all {iteration.real_seconds:.1f} s of rollouts so far"
     diagnosed = {
-        Diagnosis.USED: "What the simulation lacks to explain the rollouts was diagnosed and added to it, and f was "
+        DiagnosisOutcome.USED: "What the simulation lacks to explain the rollouts was diagnosed and added to it, and f was "
         "learned again. ",
-        Diagnosis.NOT_USED: "A diagnosis of what the simulation lacks left most of its error, so the simulation stayed "
+        DiagnosisOutcome.NOT_USED: "A diagnosis of what the simulation lacks left most of its error, so the simulation stayed "
         "as it was. ",
-    }.get(iteration.diagnosis or Diagnosis.NOT_MADE, "")
+    }.get(iteration.diagnosis or DiagnosisOutcome.NOT_MADE, "")
     if iteration.basis is Basis.IDENTIFIED:
         return f"A linear model was fitted to {data}; its regulator is policy {iteration.first_had}."
     what = {Basis.CORRECTED: "the difference g between robot and f", Basis.ROBOT: "the whole dynamics"}

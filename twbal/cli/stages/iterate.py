@@ -10,7 +10,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.algorithm.findings import Measures, findings, summarise
-from twbal.algorithm.iteration import Diagnosis
+from twbal.algorithm.iteration import DiagnosisOutcome
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table
@@ -101,7 +101,7 @@ def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequenc
 
 def _to_diagnose(summary: Summary, out: Path) -> list[str]:
     """Run folders whose episodes are enough for a diagnosis; none where there are not, or one was made already."""
-    if any(iteration.diagnosis not in (None, Diagnosis.NOT_MADE) for iteration in summary.iterations):
+    if any(iteration.diagnosis not in (None, DiagnosisOutcome.NOT_MADE) for iteration in summary.iterations):
         return []
     places = [out / f"iteration_{iteration.index}" for iteration in summary.iterations]
     rollouts = [rollout for place in places for rollout in sorted(place.glob("rollout*"))]
