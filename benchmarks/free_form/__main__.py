@@ -29,7 +29,7 @@ from twbal.core.episode import Provenance
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.free_form import free_forms
 from twbal.diagnosis.free_form_record import FreeForm
-from twbal.diagnosis.inputs import Named
+from twbal.diagnosis.inputs import NamedEpisodes
 from twbal.diagnosis.pipeline import diagnose_episodes, free_form_inputs
 from twbal.diagnosis.record import Diagnosis
 
@@ -73,7 +73,7 @@ def diagnosed(each: Set, sheet: RobotParameters, recorded: Recorded) -> tuple[Di
     simulation, settings, data = diagnosis_of(composed_diagnosis(words))
     names = [f"trial {k}" for k in range(len(episodes))]
     result = diagnose_episodes(
-        Named(episodes, names), Named((), ()), simulation, settings, replace(data, free_form=False)
+        NamedEpisodes(episodes, names), NamedEpisodes((), ()), simulation, settings, replace(data, free_form=False)
     )
     comparison = result.findings.comparison
     assert comparison is not None

@@ -13,7 +13,7 @@ from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.sim_files import as_given, simulation_text, with_files
 from twbal.core.errors import ConfigError
-from twbal.diagnosis.inputs import Simulated
+from twbal.diagnosis.inputs import DiagnosedSimulation
 from twbal.effects.library import nodes
 
 GAIN = "physics_step: 0.0005\neffects:\n  torque_gain: {gain: 0.8}\n"
@@ -104,7 +104,7 @@ def test_other_words_are_left_as_they_are():
 def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path, paper):
     present = {"sensor_noise": dict.fromkeys(["tilt", "tilt_rate", "acceleration", "wheel_angle", "wheel_rate"], 1e-5)}
     present["sensor_noise"]["yaw_rate"] = 0.0
-    found = Simulated(paper, {**present, "dead_zone": {"width": 1.2}}, 0.001)
+    found = DiagnosedSimulation(paper, {**present, "dead_zone": {"width": 1.2}}, 0.001)
     (tmp_path / "a.yaml").write_text(simulation_text(found.effects, found.physics_step, "named"))
     assert "_target_" not in (tmp_path / "a.yaml").read_text()
     effects = simulation(f"sim={tmp_path / 'a.yaml'}")["effects"]

@@ -10,7 +10,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.diagnosis.advice import on_disagreements
-from twbal.diagnosis.agreement import Difference, Pooled, Value, disagreements
+from twbal.diagnosis.agreement import Pooled, SharedValue, ValueDifference, disagreements
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.follow_up import Disagreement
@@ -35,7 +35,7 @@ def linear(rng, delta=0.0, odd=0):
     own = slice(odd * BLOCKS * SIZE, (odd + 1) * BLOCKS * SIZE)
     white[own] -= delta * J[own, 0]
     blocks = [[slice((k * BLOCKS + b) * SIZE, (k * BLOCKS + b + 1) * SIZE) for b in range(BLOCKS)] for k in range(LOGS)]
-    return Pooled(None, J, white, np.zeros((2, 2)), np.zeros(2), blocks), Value("a.b", "", J[:, 0], 1.0, 0.0)
+    return Pooled(None, J, white, np.zeros((2, 2)), np.zeros(2), blocks), SharedValue("a.b", "", J[:, 0], 1.0, 0.0)
 
 
 def test_the_difference_is_that_of_fits_to_the_one_and_to_the_others():
@@ -67,17 +67,17 @@ def test_what_a_recording_that_is_left_out_holds_does_not_count():
 def test_a_value_that_the_recordings_do_not_tell_of_differs_in_none():
     pooled, value = linear(np.random.default_rng(3))
     J = pooled.J * [1.0, 0.0]
-    untold = replace(pooled, J=J).difference(1, Value("c.d", "", J[:, 1], 1.0, 0.0), range(LOGS))
+    untold = replace(pooled, J=J).difference(1, SharedValue("c.d", "", J[:, 1], 1.0, 0.0), range(LOGS))
     assert (untold.sigmas, untold.p_value) == (0.0, 1.0)
     assert pooled.difference(1, value, range(LOGS)).sigmas > 0.0
 
 
 def test_a_sure_difference_that_is_smaller_than_the_form_allows_is_none():
-    value = Value("a.b", "", np.zeros(0), 1.0, 0.05)
-    sure = Difference(value, 0.05, 0.001, 100)
+    value = SharedValue("a.b", "", np.zeros(0), 1.0, 0.05)
+    sure = ValueDifference(value, 0.05, 0.001, 100)
     assert sure.sigmas == pytest.approx(50.0)
     assert sure.p_value > 0.3
-    assert Difference(value._replace(sign=-1.0), 0.5, 0.001, 100).p_value > 0.99  # a sign that cannot be
+    assert ValueDifference(value._replace(sign=-1.0), 0.5, 0.001, 100).p_value > 0.99  # a sign that cannot be
 
 
 @pytest.fixture(scope="module")

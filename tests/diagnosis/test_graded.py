@@ -16,7 +16,7 @@ from twbal.diagnosis import pipeline
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.graded import contradicted, widened, with_shares
-from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import Objection
 from twbal.diagnosis.pipeline import diagnose_episodes
@@ -206,9 +206,11 @@ def test_what_was_found_is_not_lost_where_a_later_step_ends_with_an_error(paper,
         raise np.linalg.LinAlgError("Singular matrix")
 
     monkeypatch.setattr(pipeline, "disagreements", singular)
-    measured = Named(episodes_of(synthetic_recording(paper, FRICTION, seed=62, periods=600)), ["one", "two"])
+    measured = NamedEpisodes(episodes_of(synthetic_recording(paper, FRICTION, seed=62, periods=600)), ["one", "two"])
     hurried = replace(settings(), shortlist=2, max_effects=1)
-    found = diagnose_episodes(measured, Named([], []), Simulated(paper, {}, 0.001), hurried, DATA).diagnosis
+    found = diagnose_episodes(
+        measured, NamedEpisodes([], []), DiagnosedSimulation(paper, {}, 0.001), hurried, DATA
+    ).diagnosis
     assert [effect.name for effect in found.named_effects] == ["coulomb_friction"]
     assert any("LinAlgError: Singular matrix" in said and "all else stands" in said for said in found.advice)
 
@@ -222,9 +224,9 @@ def test_what_remains_is_said_beside_what_was_found(paper, monkeypatch):
         synthetic_recording(paper, FRICTION, seed=62, periods=1200),
         shaken(synthetic_recording(paper, FRICTION, seed=62, periods=1200), 63),
     ):
-        measured = Named(episodes_of(recording), ["one", "two"])
-        simulation = Simulated(paper, {}, 0.001)
-        results.append(diagnose_episodes(measured, Named([], []), simulation, settings(), DATA).diagnosis)
+        measured = NamedEpisodes(episodes_of(recording), ["one", "two"])
+        simulation = DiagnosedSimulation(paper, {}, 0.001)
+        results.append(diagnose_episodes(measured, NamedEpisodes([], []), simulation, settings(), DATA).diagnosis)
     plain, walking = results
     assert asked == [plain.headline, walking.headline]  # by which intervals are widened
     assert [effect.name for effect in plain.named_effects] == ["coulomb_friction"]

@@ -10,7 +10,7 @@ from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.core.plant import Observation
 from twbal.diagnosis.filter_result import filter_recordings
-from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
+from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_error
 from twbal.effects.library import effects_from
 from twbal.sim.replay import replay
 from twbal.sysid.held_out import held_out
@@ -51,7 +51,13 @@ def test_the_right_model_predicts_the_end_of_a_recording_as_well_as_its_beginnin
 def test_in_pybullet_it_leaves_no_more_than_noise_on_the_end_of_a_recording(paper, split, seen):
     engine = partial(run, paper)
     gaps = measure_gaps(
-        Models(seen, seen, seen), split.kept_back, engine, [3, 7], Stretches(5, 5, 40, 7), LEVELS, paper.wheel_radius
+        Models(seen, seen, seen),
+        split.kept_back,
+        engine,
+        [3, 7],
+        RolloutStarts(5, 5, 40, 7),
+        LEVELS,
+        paper.wheel_radius,
     )
     assert {(gap.channel, round(gap.horizon, 2)) for gap in gaps} == {(c, h) for c in MEASURED for h in (0.06, 0.14)}
     for gap in gaps:
@@ -75,7 +81,7 @@ def test_rollouts_of_a_filtered_tilt_begin_at_what_the_filter_showed(paper):
         kept_back,
         partial(run, paper),
         [3],
-        Stretches(5, 5, 40, 3),
+        RolloutStarts(5, 5, 40, 3),
         LEVELS,
         paper.wheel_radius,
     )
@@ -93,7 +99,7 @@ def test_rollouts_are_those_of_sensors_that_remember_the_whole_past(paper, effec
     seen = filter_recordings(paper, effects, Noise(LEVELS, np.array([0.01, 0.01])), 0.0, kept_back, SUBSTEPS)
 
     def gaps():
-        stretches = Stretches(5, 5, 12, 5)
+        stretches = RolloutStarts(5, 5, 12, 5)
         models = Models(seen, seen, seen)
         return measure_gaps(models, kept_back, partial(run, paper), [5], stretches, LEVELS, paper.wheel_radius)
 
@@ -120,7 +126,7 @@ def test_worse_is_what_is_worse_rollout_by_rollout(split, seen, paper):
 
         measured = split.kept_back[0].measured
         models = Models(seen, seen, replace(seen))
-        found = measure_gaps(models, split.kept_back, off, [3], Stretches(5, 5, 40, 3), LEVELS, paper.wheel_radius)
+        found = measure_gaps(models, split.kept_back, off, [3], RolloutStarts(5, 5, 40, 3), LEVELS, paper.wheel_radius)
         return found[0]
 
     usual = 0.01 * rng.standard_normal(40)
@@ -148,7 +154,7 @@ def test_no_rollout_begins_where_the_filter_of_a_model_has_diverged(split, seen,
     last = int(np.flatnonzero(recording.usable)[0]) + 200
     given = [replace(seen), replace(seen), replace(seen)]
     given[which] = diverged(seen, last)
-    kept, stretches = split.kept_back, Stretches(5, 5, 4000, 3)
+    kept, stretches = split.kept_back, RolloutStarts(5, 5, 4000, 3)
     gaps = measure_gaps(Models(*given), kept, resting, [3], stretches, LEVELS, paper.wheel_radius)
     assert all(np.isfinite([gap.before, gap.refitted, gap.after, gap.noise_floor]).all() for gap in gaps)
     assert 30 < len(begun[0]) <= 40 and max(begun[0]) < last

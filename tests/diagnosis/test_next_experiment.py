@@ -13,7 +13,7 @@ from twbal.core.streams import Stream, generator
 from twbal.diagnosis.advice import on_next_experiment
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.experiments import Experiment, Simulated, experiments_of, simulate
+from twbal.diagnosis.experiments import Experiment, SimulatedExperiment, experiments_of, simulate
 from twbal.diagnosis.follow_up import NextExperiment
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.model_comparison import ModelComparison, RivalModel, is_open
@@ -163,7 +163,7 @@ def test_nothing_is_offered_in_which_one_of_the_sets_falls(paper, comparison):
     ("most_tilt", "cut", "safe"), [(0.2, 0.0, True), (0.4, 0.0, False), (0.2, 0.1, False), (np.inf, 0.0, False)]
 )
 def test_a_robot_that_comes_near_falling_or_meets_its_limit_is_not_safe(comparison, most_tilt, cut, safe):
-    assert Simulated(comparison.data.recordings[0], most_tilt, cut).is_safe is safe
+    assert SimulatedExperiment(comparison.data.recordings[0], most_tilt, cut).is_safe is safe
 
 
 @pytest.mark.parametrize("robot", ["paper", "regbot", "esp32", "balboa"])

@@ -28,7 +28,7 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import parameter_hash
-from twbal.diagnosis.inputs import Named, Simulated
+from twbal.diagnosis.inputs import DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.pipeline import diagnose_episodes
 from twbal.diagnosis.usability import FEW_DATA
 from twbal.effects.library import values_of
@@ -186,10 +186,12 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         """What the simulation lacks."""
         self._say(f"diagnosing {place}")
         setup, episodes = self._setup, self.episodes(rollouts)
-        own = Simulated(self._robot, values_of(setup.simulation.effects), setup.simulation.physics_step)
+        own = DiagnosedSimulation(self._robot, values_of(setup.simulation.effects), setup.simulation.physics_step)
         names = [f"trial {episode.provenance.trial}" for episode in episodes]
         data = replace(setup.diagnosis_data, **FEW_DATA._asdict(), next_experiment=False, free_form=False)
-        result = diagnose_episodes(Named(episodes, names), Named((), ()), own, setup.diagnosis, data, self._say)
+        result = diagnose_episodes(
+            NamedEpisodes(episodes, names), NamedEpisodes((), ()), own, setup.diagnosis, data, self._say
+        )
         headline = result.diagnosis.headline
         closed = headline.closed if headline else None
         found = result.simulation

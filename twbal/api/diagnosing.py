@@ -6,7 +6,7 @@ from twbal.api.arguments import check_progress
 from twbal.api.files import GivenEpisodes, episodes_in
 from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
-from twbal.diagnosis.inputs import Named
+from twbal.diagnosis.inputs import NamedEpisodes
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 
 
@@ -47,5 +47,5 @@ def diagnose(
     names, measured = episodes_in("episode", episodes)
     test_names, tests = episodes_in("test episode", test_episodes)
     simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
-    given = Named(measured, names), Named(tests, test_names)
+    given = NamedEpisodes(measured, names), NamedEpisodes(tests, test_names)
     return diagnose_episodes(*given, simulation, settings, data, progress)

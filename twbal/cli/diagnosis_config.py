@@ -7,14 +7,16 @@ from omegaconf import DictConfig
 
 from twbal.cli.composed import composed
 from twbal.cli.typed_config import members, typed
-from twbal.diagnosis.inputs import DataSettings, Simulated
+from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation
 from twbal.diagnosis.settings import Settings
 from twbal.effects.library import values_of
 
 
-def diagnosis_of(cfg: DictConfig) -> tuple[Simulated, Settings, DataSettings]:
+def diagnosis_of(cfg: DictConfig) -> tuple[DiagnosedSimulation, Settings, DataSettings]:
     """The simulation that is held against the data, how effects are named, and what is read of the data."""
-    simulation = Simulated(instantiate(cfg.robot), values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step))
+    simulation = DiagnosedSimulation(
+        instantiate(cfg.robot), values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step)
+    )
     return simulation, instantiate(cfg.diagnosis), typed(DataSettings, cfg)
 
 

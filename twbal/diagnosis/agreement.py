@@ -38,7 +38,7 @@ _LEFT_OUT = 0.5  # a pseudoinverse times its matrix has 1 on the diagonal, and 0
 _LIKE = 0.9  # of the surest value's statistic, from which on another value explains a disagreement as well
 
 
-class Value(NamedTuple):
+class SharedValue(NamedTuple):
     """A value that may differ from recording to recording.
 
     Attributes:
@@ -60,7 +60,7 @@ class Value(NamedTuple):
     is_shared: bool = True
 
 
-class Difference(NamedTuple):
+class ValueDifference(NamedTuple):
     """By how much a value of one recording differs from that of the others.
 
     Attributes:
@@ -70,7 +70,7 @@ class Difference(NamedTuple):
         freedom: degrees of freedom of that error.
     """
 
-    value: Value
+    value: SharedValue
     delta: float
     error: float
     freedom: int
@@ -116,7 +116,7 @@ class Pooled:
     pull: Array
     blocks: Sequence[Sequence[slice]]
 
-    def difference(self, number: int, value: Value, left: Sequence[int]) -> Difference:
+    def difference(self, number: int, value: SharedValue, left: Sequence[int]) -> ValueDifference:
         """Of a value in one recording from the others among those that are left."""
         H, gradient = np.zeros((self.J.shape[1] + 1,) * 2), np.zeros(self.J.shape[1] + 1)
         H[:-1, :-1] += self.curvature
@@ -135,7 +135,7 @@ class Pooled:
         variance = sum(_scatter(pulls @ row) for pulls in parts.values())
         is_told = abs(float(H[-1] @ row) - 1.0) < _LEFT_OUT  # else the pseudoinverse left it out
         error = float(np.sqrt(max(row[-1], variance))) if is_told else np.inf
-        return Difference(value, float(-row @ gradient), error, sum(len(pulls) - 1 for pulls in parts.values()))
+        return ValueDifference(value, float(-row @ gradient), error, sum(len(pulls) - 1 for pulls in parts.values()))
 
 
 def _scatter(pulls: Array) -> float:
@@ -184,14 +184,14 @@ def disagreements(comparison: ModelComparison, more: Sequence[Recording]) -> tup
     return tuple(found)
 
 
-def _explaining(tested: Sequence[Difference]) -> list[Difference]:
+def _explaining(tested: Sequence[ValueDifference]) -> list[ValueDifference]:
     """The differences that explain a recording about as well as the best one, shared values first."""
     most = max(each.sigmas for each in tested)
     found = [each for each in tested if each.sigmas >= _LIKE * most]
     return sorted(found, key=lambda each: (not each.value.is_shared, -each.sigmas))
 
 
-def _shared(chosen: FittedHypothesis, pooled: Pooled, allowed: Mapping[Field, float]) -> list[Value]:
+def _shared(chosen: FittedHypothesis, pooled: Pooled, allowed: Mapping[Field, float]) -> list[SharedValue]:
     """Parameters of effects, but for frequencies and phases of waves, and values of the data sheet."""
     model, found = chosen.fit.model, []
     columns = {free.field: i for i, free in enumerate(chosen.fit.frees)}
@@ -200,11 +200,13 @@ def _shared(chosen: FittedHypothesis, pooled: Pooled, allowed: Mapping[Field, fl
             field = candidate.field(p)
             fitted = model.value(field)
             slope = pooled.J[:, columns[field]]
-            found.append(Value(f"{candidate.name}.{p.name}", p.unit, slope, fitted, allowed[field]))
+            found.append(SharedValue(f"{candidate.name}.{p.name}", p.unit, slope, fitted, allowed[field]))
     for field, factor in DATA_SHEET.items():
         if factor.effect not in chosen.names:
             slope = pooled.J[:, columns[field]]
-            found.append(Value(f"{factor.effect}.{factor.parameter}", "", slope, model.value(field), allowed[field]))
+            found.append(
+                SharedValue(f"{factor.effect}.{factor.parameter}", "", slope, model.value(field), allowed[field])
+            )
     return found
 
 
@@ -214,7 +216,7 @@ def _added(
     pooled: Pooled,
     candidates: Sequence[Candidate],
     allowed: Mapping[Field, float],
-) -> list[Value]:
+) -> list[SharedValue]:
     """Sizes of effects that the set does not have, but for waves, limits and values of the data sheet."""
     found = []
     for candidate in candidates:
@@ -227,7 +229,7 @@ def _added(
         if np.isfinite(slope).all():
             form = allowed[candidate.field(size)]
             sign = float(np.sign(step)) if size.none <= size.low else 0.0
-            found.append(Value(f"{candidate.name}.{size.name}", size.unit, slope, size.none, form, sign, False))
+            found.append(SharedValue(f"{candidate.name}.{size.name}", size.unit, slope, size.none, form, sign, False))
     return found
 
 

@@ -13,7 +13,7 @@ from twbal.diagnosis.evaluation_record import Interval
 _GAP = 1.1  # times the noise floor, above which the reference's error is a gap of which a share can be closed
 
 
-class Compared(NamedTuple):
+class ErrorComparison(NamedTuple):
     """What errors tell of one simulation; see the fields of `PredictionScore`."""
 
     error: float | None = None
@@ -27,7 +27,7 @@ class Compared(NamedTuple):
 
 def compare(
     squares: Sequence[Array], floors: Sequence[Sequence[float]], blocks: Sequence[int], seed: int
-) -> list[Compared]:
+) -> list[ErrorComparison]:
     """Each simulation beside the first.
 
     Args:
@@ -45,7 +45,7 @@ def compare(
     found = []
     for s, error in enumerate(errors):
         floor = float(np.sqrt(np.average(np.square(floors[s]), weights=sizes)))
-        one = Compared(noise_floor=floor if np.isfinite(floor) else None)
+        one = ErrorComparison(noise_floor=floor if np.isfinite(floor) else None)
         if np.isfinite(error):
             error95 = None if drawn is None else Interval(*interval95(float(error), drawn[:, s], count))
             one = one._replace(error=float(error), error95=error95)
@@ -56,7 +56,7 @@ def compare(
     return found
 
 
-def _beside(one: Compared, reference: float, ratios: Array | None, blocks: int) -> Compared:
+def _beside(one: ErrorComparison, reference: float, ratios: Array | None, blocks: int) -> ErrorComparison:
     """With what a simulation's error is beside that of the reference, and of its blocks drawn anew (RESAMPLES,)."""
     assert one.error is not None
     ratio = one.error / max(reference, 1e-300)

@@ -78,7 +78,7 @@ def experiments_of(robot: RobotParameters) -> tuple[Experiment, ...]:
     )
 
 
-class Simulated(NamedTuple):
+class SimulatedExperiment(NamedTuple):
     """What a model does under an experiment.
 
     Attributes:
@@ -97,7 +97,9 @@ class Simulated(NamedTuple):
         return self.recording is not None and self.most_tilt <= _MOST_TILT and self.cut <= _CUT
 
 
-def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data: Data, seed: int) -> Simulated:
+def simulate(
+    experiment: Experiment, robot: RobotParameters, model: Model, data: Data, seed: int
+) -> SimulatedExperiment:
     """Drive the planar model straight ahead for an episode, with the noise of the sensors as fitted.
 
     Args:
@@ -120,8 +122,8 @@ def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data:
     radius = robot.wheel_radius
     most, cut = _driven(twin, k, state, imu, policy.law, radius, drawn, noise, data.substeps, lead, commands, measured)
     if not most < np.pi / 2:
-        return Simulated(None, np.inf, cut)
-    return Simulated(_recording(commands, measured, data), most, cut)
+        return SimulatedExperiment(None, np.inf, cut)
+    return SimulatedExperiment(_recording(commands, measured, data), most, cut)
 
 
 @kernel()

@@ -76,7 +76,7 @@ CANDIDATES = (
 """All that are tried, one at a time."""
 
 
-class Course(NamedTuple):
+class VariableSeries(NamedTuple):
     """A variable over a recording.
 
     Attributes:
@@ -90,18 +90,20 @@ class Course(NamedTuple):
 
 def courses(
     data: Data, model: Model, kalman: Filter, predictions: Sequence[PredictorOutput]
-) -> dict[str, list[Course]]:
+) -> dict[str, list[VariableSeries]]:
     """The variables over each recording, by name: what the model sees at an instant, and expects a period later.
 
     No value depends on a measurement that it is to explain: that would be correlated with its noise.
     """
-    made: list[dict[str, Course]] = [
+    made: list[dict[str, VariableSeries]] = [
         _courses(data, model, kalman, number, prediction) for number, prediction in enumerate(predictions)
     ]
     return {name: [each[name] for each in made] for name in made[0]}
 
 
-def _courses(data: Data, model: Model, kalman: Filter, number: int, prediction: PredictorOutput) -> dict[str, Course]:
+def _courses(
+    data: Data, model: Model, kalman: Filter, number: int, prediction: PredictorOutput
+) -> dict[str, VariableSeries]:
     recording = data.recordings[number]
     count = len(recording)
     k = constants(model.twin, data.period)
@@ -118,13 +120,13 @@ def _courses(data: Data, model: Model, kalman: Filter, number: int, prediction: 
         "position": (place, ahead),
         "time": (data.period * np.arange(count + 1.0),) * 2,
     }
-    found = {name: Course(_between(begin, end), end) for name, (begin, end) in functions.items()}
+    found = {name: VariableSeries(_between(begin, end), end) for name, (begin, end) in functions.items()}
     apart = k.apart * recording.heading
     angle = _between(now[:, 1] - now[:, 0], expected[:, 1] - expected[:, 0])
     both = np.stack([angle - apart[:-1, None], angle + apart[:-1, None]], axis=-1)
-    found["wheel angle"] = Course(both, expected[:, 1] - expected[:, 0])
+    found["wheel angle"] = VariableSeries(both, expected[:, 1] - expected[:, 0])
     late = _delayed(recording.commands, k.delay / data.period)
-    found["command"] = Course(late[:, None], np.append(late[:1], late))
+    found["command"] = VariableSeries(late[:, None], np.append(late[:1], late))
     return found
 
 
@@ -141,13 +143,13 @@ def _delayed(commands: Array, late: float) -> Array:
     return np.asarray((1.0 - share) * padded[1 : count + 1] + share * padded[:count])
 
 
-def values_of(course: Sequence[Course], usable: Sequence[Mask], is_periodic: bool) -> Array:
+def values_of(course: Sequence[VariableSeries], usable: Sequence[Mask], is_periodic: bool) -> Array:
     """Values of a variable at all instants that count, (n,); of an angle, within a turn."""
     found = np.concatenate([each.at[1:][use[1:]] for each, use in zip(course, usable, strict=True)])
     return np.asarray(found % _TURN if is_periodic else found)
 
 
-def means_over(functions: Callable[[Array], Array], course: Course) -> Array:
+def means_over(functions: Callable[[Array], Array], course: VariableSeries) -> Array:
     """Means of functions (..., m) of a variable over each control period, and over both wheels, (T, m)."""
     values = functions(course.within)
     return np.asarray(values.mean(axis=tuple(range(1, values.ndim - 1))))

@@ -54,7 +54,7 @@ class _Rollouts(NamedTuple):
     errors: Array
 
 
-class Stretches(NamedTuple):
+class RolloutStarts(NamedTuple):
     """Where rollouts begin.
 
     Attributes:
@@ -75,7 +75,7 @@ def measure_gaps(
     recordings: Sequence[Recording],
     replay: Replay,
     horizons: Sequence[int],
-    stretches: Stretches,
+    stretches: RolloutStarts,
     noise: Array,
     radius: float,
 ) -> tuple[Gap, ...]:
@@ -131,7 +131,7 @@ def rollout_error(
     recordings: Sequence[Recording],
     replay: Replay,
     gap: Gap,
-    stretches: Stretches,
+    stretches: RolloutStarts,
 ) -> float:
     """Root mean square error of rollouts of another model, in the channel and over the horizon of a gap.
 
@@ -173,7 +173,7 @@ def _rollouts(
 
 
 def _places(
-    recordings: Sequence[Recording], stretches: Stretches, results: Sequence[FilterResult]
+    recordings: Sequence[Recording], stretches: RolloutStarts, results: Sequence[FilterResult]
 ) -> list[tuple[int, int]]:
     """(recording, instant) of the starts, spread evenly.
 

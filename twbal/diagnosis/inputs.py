@@ -38,7 +38,7 @@ class DataSettings:
 
 
 @dataclass(frozen=True)
-class Simulated:
+class DiagnosedSimulation:
     """The simulation that is held against the data.
 
     Attributes:
@@ -53,7 +53,7 @@ class Simulated:
 
 
 @dataclass(frozen=True)
-class Named:
+class NamedEpisodes:
     """Episodes with their names, for reports and errors."""
 
     episodes: Sequence[Episode]

@@ -11,8 +11,8 @@ from twbal.diagnosis.free_form_candidates import (
     JOINT,
     OUTSIDE,
     TILT,
-    Course,
     FreeFormCandidate,
+    VariableSeries,
     courses,
     means_over,
     values_of,
@@ -57,7 +57,7 @@ class LinearErrors:
     slopes: list[Array]
     precision: Array
     off: Array
-    courses: dict[str, list[Course]]
+    courses: dict[str, list[VariableSeries]]
     weights: list[Array]
 
     def functions(self, candidate: FreeFormCandidate) -> Smooth:
@@ -169,7 +169,7 @@ def weights_of(data: Data, kalman: Filter, errors: Sequence[Array]) -> list[Arra
     return [np.sqrt(weights * count / power) for weights in found]
 
 
-def _inputs(candidate: FreeFormCandidate, functions: Smooth, course: Course) -> Array:
+def _inputs(candidate: FreeFormCandidate, functions: Smooth, course: VariableSeries) -> Array:
     """What each function adds: (T, m) over control periods, or (T + 1, m) to readings at instants."""
     return functions.at(course.at) if candidate.quantity == TILT else means_over(functions.at, course)
 

@@ -20,9 +20,9 @@ from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_record import on_free_forms
-from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
+from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, widened, with_shares
-from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
 from twbal.diagnosis.motor_difference_record import UNEQUAL, MotorDifference
@@ -62,13 +62,13 @@ class DiagnosisResult(NamedTuple):
     diagnosis: Diagnosis
     findings: Findings
     split: Split
-    simulation: Simulated
+    simulation: DiagnosedSimulation
 
 
 def diagnose_episodes(
-    measured: Named,
-    tests: Named,
-    simulation: Simulated,
+    measured: NamedEpisodes,
+    tests: NamedEpisodes,
+    simulation: DiagnosedSimulation,
     settings: Settings,
     data: DataSettings,
     progress: Progress = lambda line: None,
@@ -94,7 +94,7 @@ def diagnose_episodes(
     usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
     robot, present = simulation.robot, simulation.effects
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
-    simulated = Simulated(robot, present, dividing_step(robot.control_period, simulation.physics_step))
+    simulated = DiagnosedSimulation(robot, present, dividing_step(robot.control_period, simulation.physics_step))
     if in_air:
         settings = replace(settings, tolerances=replace(settings.tolerances, tilt_offset=0.0))
         simulated = replace(simulated, robot=held(robot), effects=without_rotors(present))
@@ -156,7 +156,7 @@ def _with_disagreements(comparison: ModelComparison, split: Split, diagnosis: Di
 def _with_free_forms(
     comparison: ModelComparison,
     split: Split,
-    simulation: Simulated,
+    simulation: DiagnosedSimulation,
     settings: Settings,
     data: DataSettings,
     progress: Progress,
@@ -180,7 +180,7 @@ def _with_next_experiment(
 
 
 def _motor_difference(
-    found: Findings, episodes: Sequence[Episode], simulation: Simulated, data: DataSettings
+    found: Findings, episodes: Sequence[Episode], simulation: DiagnosedSimulation, data: DataSettings
 ) -> MotorDifference | None:
     """By how much one motor is the stronger one; None where nothing shows it, or the simulation knows already."""
     if found.comparison is None or UNEQUAL in simulation.effects:
@@ -189,7 +189,7 @@ def _motor_difference(
 
 
 def free_form_inputs(
-    comparison: ModelComparison, split: Split, simulation: Simulated, settings: Settings
+    comparison: ModelComparison, split: Split, simulation: DiagnosedSimulation, settings: Settings
 ) -> FreeFormInputs:
     """What a free form is looked for in: the likeliest set of effects, and the data that it was not fitted to."""
     tolerances = settings.tolerances.for_robot(simulation.robot)
@@ -212,7 +212,7 @@ def _is_unsettled(comparison: ModelComparison, diagnosis: Diagnosis) -> bool:
     return len(comparison.rivals) > 1 and is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
 
 
-def _upright(these: Named) -> Named:
+def _upright(these: NamedEpisodes) -> NamedEpisodes:
     """Episodes of a robot that lies, as if it were held upright."""
     return replace(these, episodes=[held_upright(episode) for episode in these.episodes])
 
@@ -225,7 +225,9 @@ def _how_many(split: Split) -> str:
     return f"{fitted} recording{'s' * (fitted > 1)} to fit, {kept_back} held out"
 
 
-def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usability, share: float) -> Split:
+def _split(
+    measured: NamedEpisodes, tests: NamedEpisodes, robot: RobotParameters, usability: Usability, share: float
+) -> Split:
     """The data that models are fitted to, and those that they are not."""
     recordings = read_recordings(measured.episodes, measured.names, robot, usability)
     if not tests.episodes:
@@ -239,7 +241,7 @@ def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usa
 
 
 def _diagnosis(
-    found: Findings, split: Split, simulation: Simulated, settings: Settings, data: DataSettings
+    found: Findings, split: Split, simulation: DiagnosedSimulation, settings: Settings, data: DataSettings
 ) -> Diagnosis:
     """What was found, with the gap that it closes on held-out data."""
     nominal, refitted = (
@@ -250,7 +252,7 @@ def _diagnosis(
         named = _seen_by(found.named, split, simulation.robot, settings)
     period = simulation.robot.control_period
     horizons = sorted({max(1, round(horizon / period)) for horizon in data.horizons})
-    stretches = Stretches(_HISTORY, _SPACING, data.starts, horizons[-1])
+    stretches = RolloutStarts(_HISTORY, _SPACING, data.starts, horizons[-1])
     engine = partial(_replay, simulation)
     gaps = measure_gaps(
         Models(nominal, refitted, named),
@@ -324,6 +326,8 @@ def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, setti
     )
 
 
-def _replay(simulation: Simulated, filtered: FilterResult, starts: Sequence[ReplayStart], commands: Array) -> Array:
+def _replay(
+    simulation: DiagnosedSimulation, filtered: FilterResult, starts: Sequence[ReplayStart], commands: Array
+) -> Array:
     effects = effects_from(filtered.effects)
     return replay(simulation.robot, effects, simulation.physics_step, starts, commands)

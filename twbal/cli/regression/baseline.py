@@ -29,7 +29,7 @@ class Tolerance:
             raise ConfigError(f"The tolerance of {self.pattern!r} must be finite and not negative; found {self}.")
 
 
-class Compared(NamedTuple):
+class MeasureComparison(NamedTuple):
     """One measure.
 
     Attributes:
@@ -59,7 +59,7 @@ class Compared(NamedTuple):
 
 def compare(
     before: Mapping[str, float | str], now: Mapping[str, float | str], tolerances: Sequence[Tolerance]
-) -> list[Compared]:
+) -> list[MeasureComparison]:
     """All measures of both, by name; of several tolerances that fit a name the last one counts.
 
     Raises:
@@ -70,17 +70,17 @@ def compare(
 
 def _compared(
     name: str, before: float | str | None, now: float | str | None, tolerances: Sequence[Tolerance]
-) -> Compared:
+) -> MeasureComparison:
     if before is None or now is None or isinstance(before, str) or isinstance(now, str):
-        return Compared(name, before, now, 0.0, before != now)
+        return MeasureComparison(name, before, now, 0.0, before != now)
     fitting = [tolerance for tolerance in tolerances if fnmatchcase(name, tolerance.pattern)]
     if not fitting:
         raise ConfigError(f"No tolerance fits the measure {name!r}. Add one with pattern '*' to the tolerances.")
     allowed = fitting[-1].relative * abs(before) + fitting[-1].absolute
-    return Compared(name, before, now, allowed, not abs(now - before) <= allowed)  # NaN has moved
+    return MeasureComparison(name, before, now, allowed, not abs(now - before) <= allowed)  # NaN has moved
 
 
-def updated(compared: Sequence[Compared]) -> dict[str, float | str]:
+def updated(compared: Sequence[MeasureComparison]) -> dict[str, float | str]:
     """The measures of the next baseline: those that moved as they are now, the others with the digits that they had."""
     found: dict[str, float | str] = {}
     for each in compared:
@@ -90,7 +90,7 @@ def updated(compared: Sequence[Compared]) -> dict[str, float | str]:
     return found
 
 
-def table(compared: Sequence[Compared]) -> str:
+def table(compared: Sequence[MeasureComparison]) -> str:
     """What moved, measure by measure, and how many of each part stayed."""
     moved = [each for each in compared if each.moved]
     width = max((len(each.name) for each in moved), default=0)
@@ -102,7 +102,7 @@ def table(compared: Sequence[Compared]) -> str:
     return "\n".join(lines)
 
 
-def junit(compared: Sequence[Compared]) -> str:
+def junit(compared: Sequence[MeasureComparison]) -> str:
     """The comparison as JUnit XML: a suite for each part, a case for each measure."""
     whole = ElementTree.Element("testsuites", name="twbal regress")
     suites: dict[str, ElementTree.Element] = {}

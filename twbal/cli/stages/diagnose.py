@@ -23,7 +23,7 @@ from twbal.diagnosis.diagnosis_file import (
     write_diagnosis,
 )
 from twbal.diagnosis.findings import FilterResult
-from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.log_names import distinct_names
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 from twbal.diagnosis.record import Diagnosis
@@ -101,14 +101,14 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def _diagnose_to_files(
     files: Sequence[Path],
     tests: Sequence[Path],
-    simulation: Simulated,
+    simulation: DiagnosedSimulation,
     settings: Settings,
     data: DataSettings,
     out: Path,
 ) -> list[Path]:
     names = distinct_names([*files, *tests])
     measured, kept_back = (
-        Named(episodes_of(these, simulation.robot.name), of)
+        NamedEpisodes(episodes_of(these, simulation.robot.name), of)
         for these, of in ((files, names[: len(files)]), (tests, names[len(files) :]))
     )
     result = diagnose_episodes(measured, kept_back, simulation, settings, data, say)
