@@ -5,7 +5,7 @@ from math import degrees, inf, pi, tau
 from typing import NamedTuple
 
 from twbal.core.check import Check, CheckStatus
-from twbal.link.checks.recording import Recording, record
+from twbal.link.checks.recording import TelemetryRecord, record
 from twbal.link.protocol import Sensors
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1
@@ -45,11 +45,11 @@ def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[C
     """
     count = round(seconds / plant.control_period)
 
-    def watched(what: str) -> Recording:
+    def watched(what: str) -> TelemetryRecord:
         helper.ask(f"Within {seconds:g} s after Enter: {what}")
         return record(plant, [WheelCommands(0.0)] * count)
 
-    def tried(what: str, judge: Callable[[Recording], Check]) -> Check:
+    def tried(what: str, judge: Callable[[TelemetryRecord], Check]) -> Check:
         while (check := judge(watched(what))).verdict is CheckStatus.PROBLEM:
             if not helper.again(check.line(0)):
                 return check
@@ -68,7 +68,7 @@ def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[C
     return checks
 
 
-def lean_check(lean: Recording) -> Check:
+def lean_check(lean: TelemetryRecord) -> Check:
     """Whether tilt and tilt rate are positive forward, and agree.
 
     Args:
@@ -91,7 +91,7 @@ def lean_check(lean: Recording) -> Check:
     return Check(name, CheckStatus.OK, found)
 
 
-def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
+def turn_check(plant: SerialPlant, turn: TelemetryRecord, side: str) -> Check:
     """Whether the angle of one wheel is positive forward, of the right size, and that of this wheel.
 
     Args:
@@ -122,7 +122,7 @@ def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
     return Check(name, CheckStatus.OK, found)
 
 
-def yaw_check(plant: SerialPlant, turn: Recording) -> Check:
+def yaw_check(plant: SerialPlant, turn: TelemetryRecord) -> Check:
     """Whether the yaw rate is positive to the left, and adds up to the angle.
 
     Args:
@@ -153,13 +153,13 @@ def _farthest(values: Sequence[float]) -> int:
     return max(range(len(values)), key=lambda k: abs(values[k] - values[0]))
 
 
-def _integral(recording: Recording, rate: str, to: int) -> float:
+def _integral(recording: TelemetryRecord, rate: str, to: int) -> float:
     """Of a rate, by trapezoids, from the arming to an instant."""
     times, rates = recording.elapsed(), recording.values(rate)
     return sum((times[k] - times[k - 1]) * (rates[k] + rates[k - 1]) / 2 for k in range(1, to + 1))
 
 
-def _sides(plant: SerialPlant, turn: Recording, at: int, mean: float) -> dict[str, float]:
+def _sides(plant: SerialPlant, turn: TelemetryRecord, at: int, mean: float) -> dict[str, float]:
     """By which angle each wheel turned [rad]; where the robot does not tell them apart, as if one alone had."""
     apart = turn.values("wheel_difference")
     half = (apart[at] - apart[0]) / 2

@@ -4,7 +4,7 @@ from math import isnan
 from statistics import linear_regression, median
 
 from twbal.core.check import Check, CheckStatus, Measurement
-from twbal.link.checks.recording import Pings, Recording
+from twbal.link.checks.recording import Pings, TelemetryRecord
 from twbal.link.protocol import Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
 
@@ -66,7 +66,7 @@ def loss_check(pings: Pings, bad_frames: int) -> Check:
     return Check("losses", verdict, found, "none", "" if verdict is CheckStatus.OK else advice)
 
 
-def clock_check(plant: SerialPlant, rest: Recording) -> Check:
+def clock_check(plant: SerialPlant, rest: TelemetryRecord) -> Check:
     """Whether the robot's clock runs as fast as the host's, and ticks as its control period says.
 
     Args:

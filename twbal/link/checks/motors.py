@@ -6,7 +6,7 @@ from statistics import fmean, linear_regression, pstdev
 from typing import NamedTuple
 
 from twbal.core.check import Check, CheckStatus, Measurement
-from twbal.link.checks.recording import Recording
+from twbal.link.checks.recording import TelemetryRecord
 from twbal.link.protocol import VERSION, Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.wheel_commands import WheelCommands
@@ -32,8 +32,8 @@ class Pulse(NamedTuple):
     """
 
     command: WheelCommands
-    without: Recording
-    during: Recording
+    without: TelemetryRecord
+    during: TelemetryRecord
 
     def moved(self, name: str) -> list[float]:
         """How much further a wheel value went by the pulse, at each instant that both have [rad]."""
@@ -167,7 +167,7 @@ def _told(wheels: dict[str, float]) -> str:
     return ", ".join(f"{name} by {degrees(angle):+.1f}°" for name, angle in wheels.items())
 
 
-def _began(plant: SerialPlant, recording: Recording) -> float:
+def _began(plant: SerialPlant, recording: TelemetryRecord) -> float:
     """When the robot took the first command, since arming [s]; 0 where it does not say."""
     seen: Sequence[object] = recording.seen
     if plant.clock is Clock.LOCKSTEP or plant.version != VERSION or len(seen) < 2:

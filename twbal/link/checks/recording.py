@@ -18,7 +18,7 @@ _PATIENCE = 0.25  # an answer that is not there by then is lost [s]
 _LATE = 0.05  # after which the host sends a message again [s]
 
 
-class Recording(NamedTuple):
+class TelemetryRecord(NamedTuple):
     """What came while the robot was armed; the first telemetry is that of the arming.
 
     Attributes:
@@ -60,7 +60,7 @@ class Pings(NamedTuple):
     dropped: int
 
 
-def record(plant: SerialPlant, commands: Sequence[WheelCommands], clock: HostClock = time.monotonic) -> Recording:
+def record(plant: SerialPlant, commands: Sequence[WheelCommands], clock: HostClock = time.monotonic) -> TelemetryRecord:
     """Arm the robot for trial 0, send commands, and stop it; shorter where it stops itself because of its tilt.
 
     Args:
@@ -84,7 +84,7 @@ def record(plant: SerialPlant, commands: Sequence[WheelCommands], clock: HostClo
             times.append(clock())
     finally:
         plant.stop()
-    return Recording(tuple(seen), tuple(times), plant.missed_periods)
+    return TelemetryRecord(tuple(seen), tuple(times), plant.missed_periods)
 
 
 def ping(plant: SerialPlant, count: int, clock: HostClock = time.monotonic) -> Pings:

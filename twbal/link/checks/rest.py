@@ -4,7 +4,7 @@ from math import degrees
 from statistics import fmean, pstdev
 
 from twbal.core.check import Check, CheckStatus, Measurement
-from twbal.link.checks.recording import Recording
+from twbal.link.checks.recording import TelemetryRecord
 
 _MOVED = 0.05  # tilt, from lowest to highest, beyond which it was not at rest [rad]
 _TURNED = 0.1  # wheel angle, the same [rad]
@@ -13,7 +13,7 @@ _RATE_NOISE, _TILT_NOISE = 0.1, 0.01  # standard deviations [rad/s], [rad]
 _ENOUGH = 20  # samples
 
 
-def rest_check(rest: Recording, is_held: bool) -> Check:
+def rest_check(rest: TelemetryRecord, is_held: bool) -> Check:
     """Bias and noise of the gyro, and noise of the tilt.
 
     Args:
