@@ -20,9 +20,9 @@ from twbal.diagnosis.select import Problem
 from twbal.diagnosis.verdict import allowed_differences
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
-NOISE = Noise(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
+NOISE = NoiseModel(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
 FRICTION = {"coulomb_friction": {"torque": 0.3}}
 SIZE, BLOCKS, LOGS = 40, 8, 4
 

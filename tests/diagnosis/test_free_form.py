@@ -19,9 +19,9 @@ from twbal.diagnosis.linear_errors import linear_errors, responses, weights_of
 from twbal.planar.constants import constants
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
-NOISE = Noise(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
+NOISE = NoiseModel(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
 VISCOUS = {"viscous_friction": {"coefficient": 0.03}}
 
 

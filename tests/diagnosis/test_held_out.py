@@ -14,7 +14,7 @@ from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_err
 from twbal.effects.library import effects_from
 from twbal.sim.replay import replay
 from twbal.sysid.held_out import held_out
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 from twbal.sysid.recording import MEASURED
 
 LASTING = {
@@ -38,7 +38,7 @@ def split(paper):
 @pytest.fixture(scope="module")
 def seen(paper, split):
     """What the right model makes of the end of a recording whose beginning was fitted."""
-    noise = Noise(LEVELS, np.array([0.01, 0.01]))
+    noise = NoiseModel(LEVELS, np.array([0.01, 0.01]))
     return filter_recordings(paper, LASTING, noise, 0.0, split.kept_back, SUBSTEPS)
 
 
@@ -74,7 +74,7 @@ def test_rollouts_of_a_filtered_tilt_begin_at_what_the_filter_showed(paper):
     measured = recording.measured.copy()
     measured[:, MEASURED.index("tilt")] += error
     kept_back = held_out([replace(recording, measured=measured)], 0.25).kept_back
-    noise = Noise(LEVELS, np.array([0.01, 0.01]), np.array([1e-9, 1e-9, off, 1e-9, 1e-9, 1e-9]))
+    noise = NoiseModel(LEVELS, np.array([0.01, 0.01]), np.array([1e-9, 1e-9, off, 1e-9, 1e-9, 1e-9]))
     seen = filter_recordings(paper, filtered, noise, 0.0, kept_back, SUBSTEPS)
     gaps = measure_gaps(
         Models(seen, seen, seen),
@@ -96,7 +96,7 @@ def test_rollouts_are_those_of_sensors_that_remember_the_whole_past(paper, effec
     effects = {**effects, **late}
     recording = synthetic_recording(paper, effects, seed=6, periods=800, tolerance=0.0)
     kept_back = held_out([recording], 0.25).kept_back
-    seen = filter_recordings(paper, effects, Noise(LEVELS, np.array([0.01, 0.01])), 0.0, kept_back, SUBSTEPS)
+    seen = filter_recordings(paper, effects, NoiseModel(LEVELS, np.array([0.01, 0.01])), 0.0, kept_back, SUBSTEPS)
 
     def gaps():
         stretches = RolloutStarts(5, 5, 12, 5)

@@ -24,9 +24,9 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
-NOISE = Noise(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
+NOISE = NoiseModel(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
 RIVALS = ("coulomb_friction", "viscous_friction")
 
 

@@ -21,10 +21,10 @@ from twbal.diagnosis.record import Verdict
 from twbal.io.importers.smoother import smooth
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
 FRICTION = {"coulomb_friction": {"torque": 0.1}}
-NOISE = Noise(np.array([0.0035, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
+NOISE = NoiseModel(np.array([0.0035, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
 
 
 def settings(choice, *more):

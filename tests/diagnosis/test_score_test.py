@@ -12,7 +12,7 @@ from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _with
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
 
 def test_waves_are_averaged_over_control_periods_and_both_wheels():
@@ -61,7 +61,7 @@ def test_what_a_usual_size_would_have_gained_is_what_it_gains_where_it_is(paper,
         Data([synthetic_recording(paper, effects, seed=3, periods=900, tolerance=0.0)], 10)
         for effects in ({}, {name: values})
     )
-    model = Model(twin_parameters(paper, {}), 0.0, Noise(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    model = Model(twin_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
     fits = [Fit(model, (), 0.0, data.filter(model), data.white(model, data.filter(model))) for data in (clean, other)]
     (said,) = score_candidates(clean, fits[0], [candidate])
     present = other.white(model.put({f"{name}_{key}": value for key, value in values.items()}), fits[1].kalman)

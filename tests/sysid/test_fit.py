@@ -9,9 +9,9 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend, penalty, refit, slopes, slopes_of
 from twbal.sysid.intervals import standard_errors
 from twbal.sysid.model import ANGLE_LEAD, Data, Free, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
-NOISE = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
+NOISE = NoiseModel(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
 TRUTH = {"coulomb_friction": {"torque": 0.1}, "actuation_delay": {"delay": 0.008}}
 TAIL = 10.0  # degrees of freedom of the errors' distribution
 FREES = (

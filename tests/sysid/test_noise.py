@@ -13,10 +13,10 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.kalman import kalman_filter, linearise_period, respond_each
 from twbal.sysid.likelihood import cost, whiten
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise import UNSENSED, NoiseModel
 from twbal.sysid.noise_fit import fit_noise, refilter
 
-LEVELS = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
+LEVELS = NoiseModel(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def test_the_gain_settles_at_the_riccati_equations(paper):
 def test_errors_by_another_gain_are_those_of_the_predictor_run_anew(paper, recording):
     data = Data([recording], 10)
     model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
-    other = model._replace(noise=Noise(2 * LEVELS.sensors, 0.3 * LEVELS.torques))
+    other = model._replace(noise=NoiseModel(2 * LEVELS.sensors, 0.3 * LEVELS.torques))
     before, after = data.filter(model), data.filter(other)
     linear = linearise_period(model.twin, data.period)
     errors = data.errors(model, before)[0]
@@ -71,13 +71,13 @@ def test_noise_is_no_louder_than_it_may_be_and_else_as_without_a_bound(paper):
     shaken = synthetic_recording(paper, effects, seed=3, periods=600, tolerance=0.0)
     model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
     free = Data([shaken], 10).with_noise(model, 30).noise
-    loudest = Noise(np.array([0.5 * free.sensors[0], 1.0, 1.0, 1.0]), np.array([np.inf, 0.5 * free.torques[1]]))
+    loudest = NoiseModel(np.array([0.5 * free.sensors[0], 1.0, 1.0, 1.0]), np.array([np.inf, 0.5 * free.torques[1]]))
     bounded = Data([shaken], 10, loudest).with_noise(model, 30).noise
     for found, most in zip(bounded, loudest, strict=True):
         assert (found <= most * (1 + 1e-9)).all()
     assert bounded.torques[1] == pytest.approx(loudest.torques[1])
     assert bounded.sensors[0] == pytest.approx(loudest.sensors[0])
-    wide = Data([shaken], 10, Noise(np.full(4, 9.0), np.full(2, 99.0))).with_noise(model, 30).noise
+    wide = Data([shaken], 10, NoiseModel(np.full(4, 9.0), np.full(2, 99.0))).with_noise(model, 30).noise
     np.testing.assert_allclose(np.concatenate(wide), np.concatenate(free), rtol=1e-9)
 
 
@@ -88,7 +88,7 @@ def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
     errors = data.errors(model, data.filter(model))[0]
     wild = errors.copy()
     wild[100:105] += 30 * LEVELS.sensors
-    anything = Noise(np.zeros(4), np.zeros(2)), Noise(np.full(4, np.inf), np.full(2, np.inf))
+    anything = NoiseModel(np.zeros(4), np.zeros(2)), NoiseModel(np.full(4, np.inf), np.full(2, np.inf))
     clean, shoved = [fit_noise(linear, LEVELS, [e], data.usable, anything, 30) for e in (errors, wild)]
     np.testing.assert_allclose(shoved.sensors, clean.sensors, rtol=0.15)
 
@@ -129,7 +129,9 @@ def test_torques_leave_what_the_recursion_says(paper, has_discrepancy):
 def test_the_likelihood_is_that_of_as_many_channels_as_were_measured(paper, recording, sensed):
     """With scipy's density of Student's t, of the measured channels alone, as the truth."""
     sensed = np.array(sensed)
-    model = Model(twin_parameters(paper, {}), 0.0, Noise(np.where(sensed, LEVELS.sensors, UNSENSED), LEVELS.torques))
+    model = Model(
+        twin_parameters(paper, {}), 0.0, NoiseModel(np.where(sensed, LEVELS.sensors, UNSENSED), LEVELS.torques)
+    )
     data = Data([replace(recording, sensed=sensed)], 10)
     kalman = data.filter(model)
     errors = data.errors(model, kalman)[0]

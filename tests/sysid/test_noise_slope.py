@@ -9,7 +9,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.kalman import kalman_filter, solution
 from twbal.sysid.likelihood import cost
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise import UNSENSED, NoiseModel
 from twbal.sysid.noise_fit import _Objective, refilter
 from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
 
@@ -34,7 +34,7 @@ def test_the_slope_is_that_of_central_differences(paper, effects, unsensed, monk
     if unsensed is not None:
         sensors[unsensed] = UNSENSED
     data = Data(recordings, 10)
-    model = Model(twin_parameters(paper, effects), 0.0, Noise(sensors, TORQUES, LASTING))
+    model = Model(twin_parameters(paper, effects), 0.0, NoiseModel(sensors, TORQUES, LASTING))
     before, linear = data.filter(model), data.linear(model)
     errors = data.errors(model, before)
     if unsensed is not None:
@@ -46,11 +46,11 @@ def test_the_slope_is_that_of_central_differences(paper, effects, unsensed, monk
 
     def value(logs):
         levels = np.exp(logs)
-        kalman = kalman_filter(linear, Noise(levels[:4], levels[4:6], levels[6:]))
+        kalman = kalman_filter(linear, NoiseModel(levels[:4], levels[4:6], levels[6:]))
         return cost(moved(kalman), data.usable, kalman)
 
     logs = np.log(np.concatenate([0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING]))
-    here = Noise(0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING)
+    here = NoiseModel(0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING)
     kalman = kalman_filter(linear, here)
     slope = slope_of_levels(
         linear, of_one_level_each(linear), here, solution(linear, here), moved(kalman), data.usable, kalman.measured
@@ -63,9 +63,9 @@ def test_the_search_for_the_noise_has_the_slope_of_what_it_minimises(paper):
     """The prior of a discrepancy's levels among it, and gains that settle."""
     recording = synthetic_recording(paper, {}, seed=3, periods=300, tolerance=0.0)
     data = Data([recording], 10)
-    model = Model(twin_parameters(paper, {}), 0.0, Noise(SENSORS, TORQUES, LASTING))
+    model = Model(twin_parameters(paper, {}), 0.0, NoiseModel(SENSORS, TORQUES, LASTING))
     kalman = data.filter(model)
-    largest = Noise(np.full(4, 1.0), np.full(2, 1.0), 3.0 * LASTING)
+    largest = NoiseModel(np.full(4, 1.0), np.full(2, 1.0), 3.0 * LASTING)
     objective = _Objective(data.linear(model), kalman.gains, data.errors(model, kalman), data.usable, largest)
     x = np.log(np.concatenate([SENSORS, 1.2 * TORQUES, 0.8 * LASTING]))
     value, slope = objective.with_slope(x)

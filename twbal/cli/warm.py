@@ -32,7 +32,7 @@ from twbal.search.start_state import start_state
 from twbal.search.warm import compile_search, is_compiled
 from twbal.sysid.kalman import respond_each
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 from twbal.sysid.posterior import posterior
 from twbal.sysid.recording import Recording
 
@@ -111,7 +111,7 @@ def compile_what_few_diagnoses_need() -> None:
     seen = Recording(
         "any", _ROBOT.control_period, nothing[:3, 0], nothing, nothing[0], nothing[0] == 0, nothing[0] == 0
     )
-    model = Model(twin_parameters(_ROBOT, {}), 0.0, Noise(np.full(4, 0.01), np.zeros(2)))
+    model = Model(twin_parameters(_ROBOT, {}), 0.0, NoiseModel(np.full(4, 0.01), np.zeros(2)))
     data = Data([seen], 1)
     simulate(experiments_of(_ROBOT)[0], _ROBOT, model, data, 0)
     linear = data.linear(model)

@@ -10,7 +10,7 @@ from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog
 from twbal.diagnosis.prediction_errors import Indices, PredictionWindows
 from twbal.io.recorded_sheet import is_of_sheet, told_robot
 from twbal.sysid.model import Data
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST
 from twbal.sysid.recording import Recording, Usability, read_recordings
 from twbal.sysid.sensor_noise import sensor_noise
@@ -27,7 +27,7 @@ class ReadLog(NamedTuple):
     """
 
     data: Data
-    noise: Noise
+    noise: NoiseModel
     plan: PredictionWindows
     blocks: Indices
 
@@ -62,7 +62,7 @@ def read_log(log: GivenLog, robot: RobotParameters, settings: EvaluationSettings
             "shorter horizons=[...] or settling=..."
         )
     commands = float(np.sqrt(np.mean(recording.commands**2)))
-    noise = Noise(sensor_noise(recording), np.full(2, settings.model_error * commands))
+    noise = NoiseModel(sensor_noise(recording), np.full(2, settings.model_error * commands))
     return ReadLog(
         Data([recording], settings.substeps),
         noise,

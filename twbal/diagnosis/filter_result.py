@@ -12,7 +12,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.kalman import Filter, error_variances
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.recording import Recording
 
@@ -22,7 +22,7 @@ _OFFSET_STEPS = 6
 def filter_recordings(
     robot: RobotParameters,
     effects: Effects,
-    noise: Noise,
+    noise: NoiseModel,
     angle_lead: float,
     recordings: Sequence[Recording],
     substeps: int,

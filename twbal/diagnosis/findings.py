@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from twbal.core.gaussian import Array
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.record import ProbableEffect, Rival, Shift, Verdict, Whiteness
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
 Effects = Mapping[str, Mapping[str, float]]
 """Values of parameters, by effect and by parameter, as the effects of the simulation take them."""
@@ -68,7 +68,7 @@ class FilterResult:
     trajectories: tuple[Trajectory, ...]
     errors: tuple[Array, ...]
     error_noise: Array
-    noise: Noise
+    noise: NoiseModel
     angle_lead: float
     offsets: tuple[float, ...]
     posterior_covariance: Array

@@ -43,7 +43,7 @@ from twbal.diagnosis.verdict import (
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import LASTING, UNSENSED, Noise
+from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel
 from twbal.sysid.recording import MEASURED, Recording
 
 _NOISE_ITERATIONS = 30
@@ -179,20 +179,20 @@ def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settin
     return [candidate for candidate in candidates if candidate.name not in taken]
 
 
-def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
+def first_noise(robot: RobotParameters, sensed: Mask) -> NoiseModel:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
     torques = np.full(2, 0.005 * robot.torque_limit)
-    return Noise(sensors, torques, largest_noise(robot).discrepancy / [6.0, 6.0, 6.0, 100.0, 50.0, 10.0])
+    return NoiseModel(sensors, torques, largest_noise(robot).discrepancy / [6.0, 6.0, 6.0, 100.0, 50.0, 10.0])
 
 
-def largest_noise(robot: RobotParameters) -> Noise:
+def largest_noise(robot: RobotParameters) -> NoiseModel:
     """What it may come to: any noise, but no discrepancy that could take the place of the model.
 
     Where torques of 30 % of the limit were allowed, dry friction on the logs of a REGBOT was taken for one of them.
     """
     torque = _LARGEST_TORQUE * robot.torque_limit
-    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1, 0.0045]))
+    return NoiseModel(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1, 0.0045]))
 
 
 def with_fitted_noise(data: Data, model: Model) -> Model:

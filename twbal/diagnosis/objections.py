@@ -11,7 +11,7 @@ from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import FittedHypothesis, is_at_bound
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import shifts_of
-from twbal.sysid.noise import Noise, discrepancy_sigmas
+from twbal.sysid.noise import NoiseModel, discrepancy_sigmas
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
 _DISCREPANCY = {
@@ -75,7 +75,7 @@ class Objection(NamedTuple):
 
 def objections(
     chosen: FittedHypothesis,
-    largest: Noise,
+    largest: NoiseModel,
     inconstant: Sequence[Inconstancy],
     settings: Settings,
     extent: Extent = BOUNDLESS,
@@ -164,7 +164,7 @@ def spaced(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _to_a_discrepancy(noise: Noise, largest: Noise, settings: Settings) -> list[Objection]:
+def _to_a_discrepancy(noise: NoiseModel, largest: NoiseModel, settings: Settings) -> list[Objection]:
     """To "nothing is missing" where a model discrepancy, larger than that of a right model, stands for what is."""
     found, sigmas = [], discrepancy_sigmas(noise, largest)
     for i, (what, unit) in _DISCREPANCY.items():

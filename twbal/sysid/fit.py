@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import NoiseModel
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
@@ -188,7 +188,7 @@ def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filte
     old, new = fit.model.noise, data.with_noise(fit.model, iterations).noise
     for share in _NOISE_STEPS:
         levels = [before ** (1.0 - share) * after**share for before, after in zip(old, new, strict=True)]
-        model = fit.model._replace(noise=Noise(*levels))
+        model = fit.model._replace(noise=NoiseModel(*levels))
         kalman = data.filter(model)
         white = data.white(model, kalman)
         value = float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman)

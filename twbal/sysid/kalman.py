@@ -3,7 +3,7 @@ r"""The twin about its balance, and its Kalman filter.
 About the balance the twin is x' = F x + w, y = C x + v with x = (θ, φ, θ̇, φ̇), followed by (θ, θ̇) of one control period
 before and of two, from which a late IMU reads. v has the sensors' standard deviations; w is what white torques, one
 between wheels and body and one on the wheels from outside, do within a control period. Gains are those of the Kalman
-filter from the first instant on, where the state is what the first measurement tells. A model discrepancy (`Noise`)
+filter from the first instant on, where the state is what the first measurement tells. A model discrepancy (`NoiseModel`)
 joins the state.
 """
 
@@ -18,7 +18,7 @@ from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import imu_settled, sensor_slopes
 from twbal.planar.twin_state import STRAIGHT, TwinState
-from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, UNSENSED, Noise
+from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, UNSENSED, NoiseModel
 
 _INSTANTS = 50  # after which gains have settled
 _SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
@@ -187,7 +187,7 @@ def first_reading() -> Array:
     return read
 
 
-def covariances(linear: LinearTwin, noise: Noise) -> Covariances:
+def covariances(linear: LinearTwin, noise: NoiseModel) -> Covariances:
     """Those of a linear twin with noise."""
     R = np.diag(noise.sensors**2)
     Q = (linear.B * noise.torques**2) @ linear.B.T
@@ -218,7 +218,7 @@ class Solution(NamedTuple):
     after: Array
     last: int
 
-    def filter(self, linear: LinearTwin, noise: Noise) -> Filter:
+    def filter(self, linear: LinearTwin, noise: NoiseModel) -> Filter:
         """The Kalman filter; nothing is corrected at the first instant."""
         measured = int((noise.sensors < 0.5 * UNSENSED).sum())
         of_linear = linear.pushes, linear.decay, linear.summed
@@ -226,7 +226,7 @@ class Solution(NamedTuple):
         return Filter(self.gains, self.whiteners, self.log_determinants, measured, state, *of_linear)
 
 
-def solution(linear: LinearTwin, noise: Noise) -> Solution:
+def solution(linear: LinearTwin, noise: NoiseModel) -> Solution:
     """Solve the Riccati equation of a linear twin with noise.
 
     Raises:
@@ -236,7 +236,7 @@ def solution(linear: LinearTwin, noise: Noise) -> Solution:
     return Solution(of, *riccati(linear.F, linear.C, of.process, of.sensors, of.first, *_instants(linear)))
 
 
-def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
+def kalman_filter(linear: LinearTwin, noise: NoiseModel) -> Filter:
     """The Kalman filter of a linear twin with noise; errors as of `solution`."""
     return solution(linear, noise).filter(linear, noise)
 

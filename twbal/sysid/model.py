@@ -12,7 +12,7 @@ from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
 from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filter, linearise_period
 from twbal.sysid.likelihood import robustify, whiten
-from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty
+from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel, discrepancy_penalty
 from twbal.sysid.noise_fit import fit_noise
 from twbal.sysid.predictor import PredictorOutput, predict
 from twbal.sysid.recording import Recording
@@ -86,7 +86,7 @@ class Model(NamedTuple):
 
     twin: TwinParameters
     angle_lead: float
-    noise: Noise
+    noise: NoiseModel
     offsets: tuple[float, ...] = ()
 
     def value(self, field: Field) -> float:
@@ -123,7 +123,7 @@ class Data:
 
     recordings: Sequence[Recording]
     substeps: int
-    loudest: Noise | None = None
+    loudest: NoiseModel | None = None
     quietest: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     @property
@@ -223,9 +223,9 @@ class Data:
         return self.steps >= _SLOW
 
     @property
-    def _loudest(self) -> Noise:
+    def _loudest(self) -> NoiseModel:
         """The greatest levels; nothing for what these data cannot have."""
-        any_noise = Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
+        any_noise = NoiseModel(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
         most = self.loudest or any_noise
         here = np.array([True, True, True, self.sensed[1], self._has_steps, self.sensed[1]])
         return most._replace(discrepancy=np.where(here, most.discrepancy, _NOTHING))
@@ -240,7 +240,7 @@ class Data:
         if model.noise.has_discrepancy and self._has_steps:  # it has what the steps of the wheel angle make
             least[2], lasting[4] = _NOT_OF_STEPS * least[2], np.sqrt(1.0 - _NOT_OF_STEPS**2) * least[2]
         limits = (
-            Noise(np.where(self.sensed, least, UNSENSED), np.zeros(2), lasting),
+            NoiseModel(np.where(self.sensed, least, UNSENSED), np.zeros(2), lasting),
             self._loudest._replace(sensors=np.where(self.sensed, self._loudest.sensors, UNSENSED)),
         )
         return model._replace(

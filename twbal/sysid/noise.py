@@ -25,12 +25,12 @@ model has that filter, its error decays as the filter does.
 BIAS_TIME = 10.0
 """Time constant of the gyro's bias [s]: what is constant for longer is an effect, `gyro_bias`."""
 LASTING = 6
-"""Components of the model discrepancy: see `Noise`."""
+"""Components of the model discrepancy: see `NoiseModel`."""
 UNSENSED = 100.0
 """Standard deviation of a channel that was not measured [rad, rad/s]: so large that it corrects nothing."""
 
 
-class Noise(NamedTuple):
+class NoiseModel(NamedTuple):
     """Levels of noise.
 
     Attributes:
@@ -52,13 +52,13 @@ class Noise(NamedTuple):
         return bool((self.discrepancy > 0.0).any())
 
 
-def discrepancy_penalty(noise: Noise, largest: Noise) -> float:
+def discrepancy_penalty(noise: NoiseModel, largest: NoiseModel) -> float:
     """-2 log prior of the levels of a model discrepancy, but for a constant: half-normal, `largest` at three sigmas."""
     if not noise.has_discrepancy:
         return 0.0
     return float((discrepancy_sigmas(noise, largest) ** 2).sum())
 
 
-def discrepancy_sigmas(noise: Noise, largest: Noise) -> Array:
+def discrepancy_sigmas(noise: NoiseModel, largest: NoiseModel) -> Array:
     """(6,) levels of a model discrepancy, in standard deviations of their prior: `largest` is three of them."""
     return 3.0 * noise.discrepancy / largest.discrepancy

@@ -18,7 +18,7 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
 from twbal.sysid.kalman import Covariances, Filter, LinearTwin, kalman_filter, solution
 from twbal.sysid.likelihood import cost
-from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty, discrepancy_sigmas
+from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel, discrepancy_penalty, discrepancy_sigmas
 from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
 
 _IMPOSSIBLE = 1e12
@@ -59,13 +59,13 @@ def refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array
 
 def fit_noise(
     linear: LinearTwin,
-    noise: Noise,
+    noise: NoiseModel,
     errors: list[Array],
     usable: list[Mask],
-    limits: tuple[Noise, Noise],
+    limits: tuple[NoiseModel, NoiseModel],
     iterations: int,
     afresh: bool = False,
-) -> Noise:
+) -> NoiseModel:
     """The noise of the highest likelihood, from prediction errors made with the filter of `noise`.
 
     Args:
@@ -105,7 +105,7 @@ class _Objective:
     gains: Array
     errors: list[Array]
     usable: list[Mask]
-    largest: Noise
+    largest: NoiseModel
 
     def value(self, x: Array) -> float:
         """It, at `x`."""
@@ -134,7 +134,7 @@ class _Objective:
         F, C = self.linear.F, self.linear.C
         return [refilter(F, C, self.gains, kalman.gains, errors) for errors in self.errors]
 
-    def _of(self, levels: Noise, kalman: Filter, moved: list[Array]) -> float:
+    def _of(self, levels: NoiseModel, kalman: Filter, moved: list[Array]) -> float:
         found = cost(moved, self.usable, kalman) + discrepancy_penalty(levels, self.largest)
         return found if np.isfinite(found) else _IMPOSSIBLE
 
@@ -157,7 +157,7 @@ def _descend(objective: _Objective, begin: Array, low: Array, high: Array, itera
     return found.x, float(found.fun)
 
 
-def _noise_starts(noise: Noise, afresh: bool) -> list[Array]:
+def _noise_starts(noise: NoiseModel, afresh: bool) -> list[Array]:
     """Where searches for the noise begin: logarithms of its levels.
 
     White torques and those of a model discrepancy can do the same work, and one that has come to nothing stays there,
@@ -171,7 +171,7 @@ def _noise_starts(noise: Noise, afresh: bool) -> list[Array]:
     return starts
 
 
-def louder_sensors(noise: Noise, errors: Sequence[Array], usable: Sequence[Mask]) -> Noise | None:
+def louder_sensors(noise: NoiseModel, errors: Sequence[Array], usable: Sequence[Mask]) -> NoiseModel | None:
     """Noise in which sensors are as loud as the errors of a filter tell, and torques calm; None where they are so.
 
     A filter that takes the noise of a sensor for motion finds that motion gone at the next instant. Its errors swing
@@ -199,12 +199,12 @@ def louder_sensors(noise: Noise, errors: Sequence[Array], usable: Sequence[Mask]
     return noise._replace(sensors=sensors, torques=_CALM * noise.torques)
 
 
-def _fitted_levels(noise: Noise) -> Array:
+def _fitted_levels(noise: NoiseModel) -> Array:
     """(6,) levels of noise, (12,) with those of a model discrepancy."""
     discrepancy = noise.discrepancy if noise.has_discrepancy else noise.discrepancy[:0]
     return np.concatenate([noise.sensors, noise.torques, discrepancy])
 
 
-def _levels(x: Array) -> Noise:
+def _levels(x: Array) -> NoiseModel:
     levels = np.exp(x)
-    return Noise(levels[:4], levels[4:6], levels[6:] if len(levels) > 6 else np.zeros(LASTING))
+    return NoiseModel(levels[:4], levels[4:6], levels[6:] if len(levels) > 6 else np.zeros(LASTING))

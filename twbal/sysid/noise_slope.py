@@ -17,13 +17,13 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
 from twbal.sysid.kalman import Covariances, LinearTwin, Solution, covariances
 from twbal.sysid.likelihood import TAIL
-from twbal.sysid.noise import LASTING, Noise
+from twbal.sysid.noise import LASTING, NoiseModel
 
 
 def slope_of_levels(
     linear: LinearTwin,
     units: Covariances,
-    noise: Noise,
+    noise: NoiseModel,
     solved: Solution,
     errors: list[Array],
     usable: list[Mask],
@@ -54,7 +54,7 @@ def slope_of_levels(
 def of_one_level_each(linear: LinearTwin) -> Covariances:
     """The covariances that each level makes where it is 1 and the others are 0, (12, ...) each."""
     units = np.eye(6 + LASTING)
-    each = [covariances(linear, Noise(unit[:4], unit[4:6], unit[6:])) for unit in units]
+    each = [covariances(linear, NoiseModel(unit[:4], unit[4:6], unit[6:])) for unit in units]
     return Covariances(*(np.array(part) for part in zip(*each, strict=True)))
 
 

@@ -26,7 +26,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.planar.robot_distribution import SLOW_FILTERS, RobotDistribution, filter_lead
 from twbal.sysid.fit import Fit, refit, slopes_of
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise import UNSENSED, NoiseModel
 from twbal.sysid.recording import MEASURED, Recording
 
 _SUBSTEPS = 10  # physics steps of a control period
@@ -149,7 +149,7 @@ def _at_mean(prior: RobotDistribution, sensed: Mask) -> Model:
     """The prior's mean, with little noise: fitted to a model far off, noise explains what the model should."""
     begin = twin_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
     sensors = np.where(sensed, _FIRST_SENSORS, UNSENSED)
-    return Model(begin, 0.0, Noise(sensors, np.full(2, _FIRST_TORQUES * prior.robot.torque_limit)))
+    return Model(begin, 0.0, NoiseModel(sensors, np.full(2, _FIRST_TORQUES * prior.robot.torque_limit)))
 
 
 def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
@@ -170,7 +170,7 @@ def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: fl
     data = Data(recordings, _SUBSTEPS)
     seen = np.maximum(_ROOM * roughness(recordings), 2.0 * data.resolution)
     sensors = np.clip(seen, _FIRST_SENSORS, _LOUDEST_SENSORS)
-    return replace(data, loudest=Noise(sensors, np.full(2, _LOUDEST_TORQUES * prior.robot.torque_limit)))
+    return replace(data, loudest=NoiseModel(sensors, np.full(2, _LOUDEST_TORQUES * prior.robot.torque_limit)))
 
 
 def roughness(recordings: Sequence[Recording]) -> Array:
