@@ -6,7 +6,7 @@ import yaml
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import parameter_hash
-from twbal.core.robot_sheet import VALUES, Provenance, provenance_of, robot_sheet
+from twbal.core.robot_sheet import VALUES, ValueProvenance, provenance_of, robot_sheet
 
 ROBOTS = sorted(path.stem for path in (conf_folder() / "robot").glob("*.yaml"))
 
@@ -85,7 +85,7 @@ def test_an_entry_that_is_missing_or_unknown_is_told(change, message):
 
 
 def test_where_values_come_from_changes_neither_the_robot_nor_its_hash(paper):
-    measured = robot_sheet(**{**sheet("paper"), "provenance": {Provenance.MEASURED: VALUES}})
+    measured = robot_sheet(**{**sheet("paper"), "provenance": {ValueProvenance.MEASURED: VALUES}})
     assert measured == paper == replace(paper, tolerance_factors={})
     assert measured.tolerance_factors != paper.tolerance_factors
     assert parameter_hash(measured) == parameter_hash(paper)

@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_sheet import Provenance, provenance_of
-from twbal.sheets.editing import Change, edited, noted, renamed
+from twbal.core.robot_sheet import ValueProvenance, provenance_of
+from twbal.sheets.editing import SheetEdit, edited, noted, renamed
 
 SHEETS = sorted((Path(__file__).resolve().parents[2] / "conf" / "robot").glob("*.yaml"))
 BLOCKS = """\
@@ -32,11 +32,11 @@ def comments(text):
 
 
 @pytest.mark.parametrize("sheet", SHEETS, ids=lambda sheet: sheet.stem)
-@pytest.mark.parametrize("kind", Provenance)
+@pytest.mark.parametrize("kind", ValueProvenance)
 @pytest.mark.parametrize("key", ["control_period", "torque_limit", "com_offset", "wheel_inertia"])
 def test_one_value_of_a_packaged_sheet_changes_with_its_provenance_and_no_comment_is_lost(sheet, kind, key):
     text = sheet.read_text()
-    new = edited(text, [Change(key, 3e-05, kind, "as said")])
+    new = edited(text, [SheetEdit(key, 3e-05, kind, "as said")])
     before, after = yaml.safe_load(text), yaml.safe_load(new)
     assert after[key] == 3e-5
     kinds = provenance_of("it", before.pop("provenance")) | {key: kind}
@@ -48,8 +48,8 @@ def test_one_value_of_a_packaged_sheet_changes_with_its_provenance_and_no_commen
 
 def test_lists_of_lines_and_quotes_are_understood():
     changes = [
-        Change("control_period", 0.01, Provenance.MEASURED, "timed"),
-        Change("torque_limit", 0.5, Provenance.GUESS, "new"),
+        SheetEdit("control_period", 0.01, ValueProvenance.MEASURED, "timed"),
+        SheetEdit("torque_limit", 0.5, ValueProvenance.GUESS, "new"),
     ]
     new = edited(BLOCKS, changes)
     assert yaml.safe_load(new)["provenance"] == {
@@ -61,11 +61,11 @@ def test_lists_of_lines_and_quotes_are_understood():
 
 
 def test_a_remark_of_a_change_takes_the_place_of_that_of_an_earlier_one():
-    once = edited(BLOCKS, [Change("control_period", 0.01, Provenance.MEASURED, "timed, monday")])
-    twice = edited(once, [Change("control_period", 0.005, Provenance.MEASURED, "timed, tuesday")])
+    once = edited(BLOCKS, [SheetEdit("control_period", 0.01, ValueProvenance.MEASURED, "timed, monday")])
+    twice = edited(once, [SheetEdit("control_period", 0.005, ValueProvenance.MEASURED, "timed, tuesday")])
     assert "control_period: 0.005   # s; timed, tuesday; before: 0.01, measured: loop" in twice
     grown = once.replace("# s; ", "# s; timed, sunday; before: 0.03, guess: ")
-    again = edited(grown, [Change("control_period", 0.005, Provenance.MEASURED, "timed, tuesday")])
+    again = edited(grown, [SheetEdit("control_period", 0.005, ValueProvenance.MEASURED, "timed, tuesday")])
     assert again.splitlines()[3] == twice.splitlines()[3]
 
 

@@ -20,11 +20,11 @@ from twbal.core.palette import PALETTE
 from twbal.viz.canvas import svg
 from twbal.viz.learning_figure import learning_curve_figure
 from twbal.viz.prediction_figures import prediction_figure
-from twbal.viz.run_page import Pictures, Setting, what_was_done, write_report
+from twbal.viz.run_page import Pictures, RunSetup, what_was_done, write_report
 from twbal.viz.trial_figures import Trials, drift_figure
 
 RULE = SuccessCriterion(tilt_limit=np.radians(30), settled_tilt_limit=np.radians(10), settle_step=100, steps=500)
-SETTING = Setting(True, RULE, 0.02, [], [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
+SETTING = RunSetup(True, RULE, 0.02, [], [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
 COMMANDS = "twbal sim-collect robot=paper && echo '<done>'\n"
 VOID = {"meta", "br"}
 
@@ -74,7 +74,7 @@ def pictures(about: Summary) -> Pictures:
     return Pictures(None, [svg(f) for f in drawn], svg(learning_curve_figure(about)), drift, drift)
 
 
-def written(folder: Path, about: Summary, setting: Setting = SETTING) -> str:
+def written(folder: Path, about: Summary, setting: RunSetup = SETTING) -> str:
     write_report(folder / "report.html", about, setting, pictures(about), COMMANDS)
     return (folder / "report.html").read_text(encoding="utf-8")
 

@@ -14,11 +14,11 @@ from twbal.core.check import Check, CheckStatus, Measurement
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.robot_sheet import VALUES, Provenance, robot_sheet
+from twbal.core.robot_sheet import VALUES, ValueProvenance, robot_sheet
 from twbal.link.checks.line import CONTROL_PERIOD
 from twbal.link.checks.procedure import LinkReport
 from twbal.link.sheet_check import is_beyond
-from twbal.sheets.editing import Change, edited, noted, renamed, sheet_values
+from twbal.sheets.editing import SheetEdit, edited, noted, renamed, sheet_values
 from twbal.sheets.link_record import build_number
 from twbal.sheets.writing import is_of_interview, number, written, written_at_most
 
@@ -139,7 +139,7 @@ def _copy_of(name: str) -> Path:
     return own / "robot" / f"my_{name}.yaml"
 
 
-def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[Change]:
+def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[SheetEdit]:
     """What the sheet does not say as the robot does."""
     today = f"check-link {date.today()}"
     limit = _number(sheet, "torque_limit")
@@ -149,16 +149,18 @@ def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[Change]:
             f"says {limit:g} N·m: nothing was written into it. Is it the right one (robot=...)?"
         )
     ticks = [each.value for each in _measured(report) if each.name == CONTROL_PERIOD]
-    kind = Provenance.MEASURED if ticks else Provenance.DATA_SHEET
+    kind = ValueProvenance.MEASURED if ticks else ValueProvenance.DATA_SHEET
     seen = f"{ticks[0] * 1e3:.4g} ms by its clock, " if ticks else ""
-    period = Change("control_period", report.control_period, kind, f"as the firmware says, {seen}{today}")
+    period = SheetEdit("control_period", report.control_period, kind, f"as the firmware says, {seen}{today}")
     found = []
     listed = sheet["provenance"].get(kind) or ()
     if _differs(period.value, _number(sheet, period.key)) or (ticks and period.key not in listed):
         found.append(period)
     if is_beyond(limit, report.torque_limit):
         source = f"limit of the firmware, {today}"
-        found.append(Change("torque_limit", written_at_most(report.torque_limit), Provenance.DATA_SHEET, source))
+        found.append(
+            SheetEdit("torque_limit", written_at_most(report.torque_limit), ValueProvenance.DATA_SHEET, source)
+        )
     return found
 
 
@@ -185,7 +187,7 @@ def _line(measured: Measurement) -> str:
     return f"{measured.name} {measured.value:.4g} {measured.unit}".strip()
 
 
-def _tell(path: Path, is_new: bool, changes: Sequence[Change], before: Mapping[str, Any]) -> None:
+def _tell(path: Path, is_new: bool, changes: Sequence[SheetEdit], before: Mapping[str, Any]) -> None:
     print(f"sheet {path}{', a copy of the packaged one' * is_new}")
     for change in changes:
         old, new = _number(before, change.key), written(change.value)

@@ -9,7 +9,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters, check_inertias
 
 
-class Provenance(StrEnum):
+class ValueProvenance(StrEnum):
     """Where a value comes from."""
 
     MEASURED = "measured"
@@ -26,20 +26,20 @@ _SIZE = ("body_mass", "com_height", "wheel_radius", "track")
 _INERTIAS = ("body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw")
 
 MEANING = {
-    Provenance.MEASURED: "weighed, timed or otherwise measured on such a robot",
-    Provenance.DATA_SHEET: "published by its maker, or set in its firmware",
-    Provenance.CAD: "taken from drawings and masses of its parts",
-    Provenance.COMPUTED: "computed from other values and a stated approximation, such as a box",
-    Provenance.GUESS: "chosen, as nothing is published",
+    ValueProvenance.MEASURED: "weighed, timed or otherwise measured on such a robot",
+    ValueProvenance.DATA_SHEET: "published by its maker, or set in its firmware",
+    ValueProvenance.CAD: "taken from drawings and masses of its parts",
+    ValueProvenance.COMPUTED: "computed from other values and a stated approximation, such as a box",
+    ValueProvenance.GUESS: "chosen, as nothing is published",
 }
 """What each provenance means."""
 
 TOLERANCE_FACTORS = {
-    Provenance.MEASURED: 0.5,
-    Provenance.DATA_SHEET: 1.0,
-    Provenance.CAD: 1.0,
-    Provenance.COMPUTED: 2.0,
-    Provenance.GUESS: 5.0,
+    ValueProvenance.MEASURED: 0.5,
+    ValueProvenance.DATA_SHEET: 1.0,
+    ValueProvenance.CAD: 1.0,
+    ValueProvenance.COMPUTED: 2.0,
+    ValueProvenance.GUESS: 5.0,
 }
 """Tolerance of a value in that of a published one, which is a setting of a diagnosis."""
 
@@ -51,7 +51,7 @@ def robot_sheet(
 
     Args:
         name: of the robot; needed.
-        provenance: names of values by where they come from (`Provenance`); each value once.
+        provenance: names of values by where they come from (`ValueProvenance`); each value once.
         values: those of `RobotParameters`, in SI units.
 
     Raises:
@@ -73,7 +73,7 @@ def robot_sheet(
     return robot
 
 
-def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[str, Provenance]:
+def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[str, ValueProvenance]:
     """Provenance by value.
 
     Args:
@@ -83,9 +83,9 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
     Raises:
         ConfigError: a provenance or a value that there is not, or a value of no or of two provenances.
     """
-    found: dict[str, Provenance] = {}
+    found: dict[str, ValueProvenance] = {}
     for kind, names in provenance.items():
-        if kind not in list(Provenance):
+        if kind not in list(ValueProvenance):
             raise ConfigError(
                 f"Robot {name!r} has values of provenance {kind!r}; expected one of: {', '.join(Provenance)}."
             )
@@ -93,7 +93,7 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
             if value not in VALUES or value in found:
                 also = f"{found[value]} too" if value in found else "no value of a robot"
                 raise ConfigError(f"Robot {name!r} lists {value!r} under provenance {kind}, and it is {also}.")
-            found[value] = Provenance(kind)
+            found[value] = ValueProvenance(kind)
     missing = [value for value in VALUES if value not in found]
     if missing:
         raise ConfigError(
@@ -103,7 +103,7 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
     return found
 
 
-def provenance_by_factor(factors: Mapping[str, float]) -> dict[Provenance, list[str]]:
+def provenance_by_factor(factors: Mapping[str, float]) -> dict[ValueProvenance, list[str]]:
     """Names of values by a provenance that gives their tolerance factors; values without one are published.
 
     Raises:
@@ -114,9 +114,9 @@ def provenance_by_factor(factors: Mapping[str, float]) -> dict[Provenance, list[
         if factor not in kinds:
             known = ", ".join(f"{kind:g}" for kind in sorted(kinds))
             raise ConfigError(f"The tolerance factor of {value} must be one of {known}; found {factor!r:.80}.")
-    found: dict[Provenance, list[str]] = {}
+    found: dict[ValueProvenance, list[str]] = {}
     for value in VALUES:
-        found.setdefault(kinds[factors.get(value, TOLERANCE_FACTORS[Provenance.DATA_SHEET])], []).append(value)
+        found.setdefault(kinds[factors.get(value, TOLERANCE_FACTORS[ValueProvenance.DATA_SHEET])], []).append(value)
     return found
 
 

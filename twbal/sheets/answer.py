@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_sheet import Provenance
+from twbal.core.robot_sheet import ValueProvenance
 from twbal.sheets.questions import QUESTIONS, Question, Values, Way
 from twbal.sheets.size import Range, believed_range
 from twbal.sheets.units import meant, quantity
@@ -19,7 +19,7 @@ class Answer(NamedTuple):
     """
 
     value: float
-    provenance: Provenance
+    provenance: ValueProvenance
     source: str = ""
 
 
@@ -56,7 +56,7 @@ def answered(question: Question, text: str, known: Values) -> Answer:
 
 def _given(question: Question, text: str, known: Values) -> Answer:
     said, _, source = text.partition(";")
-    number, provenance = _without_provenance(said.strip().replace("data sheet", Provenance.DATA_SHEET))
+    number, provenance = _without_provenance(said.strip().replace("data sheet", ValueProvenance.DATA_SHEET))
     try:
         value, has_unit = quantity(number, question.unit)
     except ConfigError as error:
@@ -68,10 +68,10 @@ def _given(question: Question, text: str, known: Values) -> Answer:
     return Answer(value, provenance or question.provenance, source.strip())
 
 
-def _without_provenance(said: str) -> tuple[str, Provenance | None]:
+def _without_provenance(said: str) -> tuple[str, ValueProvenance | None]:
     """An answer without the word at its end that says where it comes from, and that word."""
     number, _, last = said.rpartition(" ")
-    return (number, Provenance(last.lower())) if last.lower() in list(Provenance) else (said, None)
+    return (number, ValueProvenance(last.lower())) if last.lower() in list(ValueProvenance) else (said, None)
 
 
 def _check_sign(question: Question, value: float) -> None:

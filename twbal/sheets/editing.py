@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_sheet import Provenance
+from twbal.core.robot_sheet import ValueProvenance
 from twbal.sheets.writing import number
 
 _BLOCK = "# twbal check-link, "
@@ -17,7 +17,7 @@ _EARLIER = re.compile(r"(?:[^;:]*; before: [^;:]*(?:: |$))+")
 """Remarks of earlier changes, in front of what the person wrote."""
 
 
-class Change(NamedTuple):
+class SheetEdit(NamedTuple):
     """A new value.
 
     Attributes:
@@ -29,11 +29,11 @@ class Change(NamedTuple):
 
     key: str
     value: float
-    provenance: Provenance
+    provenance: ValueProvenance
     source: str
 
 
-def edited(text: str, changes: Sequence[Change]) -> str:
+def edited(text: str, changes: Sequence[SheetEdit]) -> str:
     """The text of a sheet with new values; what was before is kept in the comment beside each.
 
     Args:
@@ -87,7 +87,7 @@ def sheet_values(text: str) -> dict[str, Any]:
     return _tree(text)
 
 
-def _with_value(text: str, change: Change, remark: str) -> str:
+def _with_value(text: str, change: SheetEdit, remark: str) -> str:
     """The new number in place of the old one, and a remark at the begin of the comment behind it."""
     node = _entry(yaml.compose(text), change.key)
     start, end = node.start_mark.index, node.end_mark.index
@@ -100,7 +100,7 @@ def _with_value(text: str, change: Change, remark: str) -> str:
     return f"{text[:start]}{number(change.value)}{blank if sign else '  '}# {said}{newline}{rest}"
 
 
-def _with_provenance(text: str, key: str, provenance: Provenance) -> str:
+def _with_provenance(text: str, key: str, provenance: ValueProvenance) -> str:
     """`key` in the list of another provenance."""
     root = yaml.compose(text)
     for kind, names in _entry(root, "provenance").value:
@@ -127,7 +127,7 @@ def _without_item(text: str, names: yaml.SequenceNode, item: yaml.ScalarNode) ->
     return text[: before.start() if before else start] + text[end:]
 
 
-def _with_item(text: str, key: str, provenance: Provenance) -> str:
+def _with_item(text: str, key: str, provenance: ValueProvenance) -> str:
     kinds = _entry(yaml.compose(text), "provenance")
     names = next((names for kind, names in kinds.value if kind.value == provenance), None)
     if names is None:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_sheet import Provenance, check_body
+from twbal.core.robot_sheet import ValueProvenance, check_body
 from twbal.sheets.answer import Answer, answered, needed, question_of, way_of
 from twbal.sheets.questions import QUESTIONS, VALUES, Question, Way
 
@@ -185,4 +185,4 @@ class Interview:
                     return f"{way.name}, {answered(question, way.name, self._known).value:.4g} {question.unit}"
                 except ConfigError:
                     continue
-        return f"{question.offered}, {Provenance.GUESS}" if question.offered else ""
+        return f"{question.offered}, {ValueProvenance.GUESS}" if question.offered else ""

@@ -5,7 +5,7 @@ from math import tau
 from typing import NamedTuple
 
 from twbal.core.motor import Motor
-from twbal.core.robot_sheet import Provenance
+from twbal.core.robot_sheet import ValueProvenance
 from twbal.sheets.formulas import box_inertia, stall_torque, swing_inertia, two_string_inertia, wheel_inertia
 
 Values = Mapping[str, float]
@@ -27,7 +27,7 @@ class Way(NamedTuple):
     needs: tuple[str, ...]
     compute: Callable[[Values], float]
     source: str
-    provenance: Provenance = Provenance.COMPUTED
+    provenance: ValueProvenance = ValueProvenance.COMPUTED
 
 
 class Question(NamedTuple):
@@ -51,7 +51,7 @@ class Question(NamedTuple):
     how: str
     low: float
     high: float
-    provenance: Provenance = Provenance.MEASURED
+    provenance: ValueProvenance = ValueProvenance.MEASURED
     ways: tuple[Way, ...] = ()
     offered: str = ""
 
@@ -75,11 +75,11 @@ def _box(a: str, b: str) -> Way:
 
 _LESS_WHEELS = Way(
     *("less_wheels", ("robot_mass", "wheel_mass"), lambda v: v["robot_mass"] - 2.0 * v["wheel_mass"]),
-    *("the whole robot's {robot_mass} kg less its wheels", Provenance.MEASURED),
+    *("the whole robot's {robot_mass} kg less its wheels", ValueProvenance.MEASURED),
 )
 _TEN_TURNS = Way(
     *("ten_turns", ("ten_turns_distance",), lambda v: v["ten_turns_distance"] / (10.0 * tau)),
-    *("{ten_turns_distance} m in ten turns", Provenance.MEASURED),
+    *("{ten_turns_distance} m in ten turns", ValueProvenance.MEASURED),
 )
 _DISK = Way(
     *("disk", ("wheel_mass", "wheel_radius"), lambda v: wheel_inertia(v["wheel_mass"], v["wheel_radius"])),
@@ -108,7 +108,7 @@ _MOTOR = Way(
     "stall of both motors, 2 N k U / R = 2 * {motor_gear} * {motor_constant} * {motor_voltage} / {motor_resistance}",
 )
 
-_DATA_SHEET, _GUESS = Provenance.DATA_SHEET, Provenance.GUESS
+_DATA_SHEET, _GUESS = ValueProvenance.DATA_SHEET, ValueProvenance.GUESS
 
 VALUES: tuple[Question, ...] = (
     Question(
@@ -155,17 +155,17 @@ VALUES: tuple[Question, ...] = (
     Question(
         *("body_inertia_pitch", "kg·m²", "inertia of the body about its centre of mass"),
         *("Let the body swing below its axle and time it (swing); or take it for a box (box).", 1e-6, 30.0),
-        *(Provenance.CAD, (_SWING, _box("body_depth", "body_height"))),
+        *(ValueProvenance.CAD, (_SWING, _box("body_depth", "body_height"))),
     ),
     Question(
         *("body_inertia_roll", "kg·m²", "the same, leaning sideways"),
         *("Hang the body on two strings, lying, and let it turn (strings); or a box (box).", 1e-6, 30.0),
-        *(Provenance.CAD, (_strings("roll"), _box("body_width", "body_height"))),
+        *(ValueProvenance.CAD, (_strings("roll"), _box("body_width", "body_height"))),
     ),
     Question(
         *("body_inertia_yaw", "kg·m²", "the same, turning on the spot"),
         *("Hang the body on two strings, upright, and let it turn (strings); or a box (box).", 1e-6, 30.0),
-        *(Provenance.CAD, (_strings("yaw"), _box("body_depth", "body_width"))),
+        *(ValueProvenance.CAD, (_strings("yaw"), _box("body_depth", "body_width"))),
     ),
     Question(
         *("torque_limit", "N·m", "largest torque of both motors together"),

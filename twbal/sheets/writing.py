@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from decimal import ROUND_DOWN, Decimal
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_sheet import Provenance, robot_sheet
+from twbal.core.robot_sheet import ValueProvenance, robot_sheet
 from twbal.sheets.answer import Answer
 from twbal.sheets.questions import QUESTIONS
 
@@ -62,7 +62,9 @@ def sheet_text(name: str, values: Mapping[str, Answer]) -> str:
     Raises:
         ConfigError: no robot can have them.
     """
-    by_kind = {str(kind): [key for key, answer in values.items() if answer.provenance is kind] for kind in Provenance}
+    by_kind = {
+        str(kind): [key for key, answer in values.items() if answer.provenance is kind] for kind in ValueProvenance
+    }
     given = {kind: keys for kind, keys in by_kind.items() if keys}
     robot_sheet(name=name, provenance=given, **{key: float(number(answer.value)) for key, answer in values.items()})
     words = {key: f"{key}: {number(answer.value)}" for key, answer in values.items()}

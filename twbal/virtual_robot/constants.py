@@ -10,7 +10,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.virtual_robot.ground_truth import GroundTruth
 
 
-class Constants(NamedTuple):
+class RobotConstants(NamedTuple):
     """What does not change while the robot drives; see `ground_truth`, and `drive` for how it is used.
 
     Attributes:
@@ -96,7 +96,7 @@ class Memory(NamedTuple):
     imu: Array
 
 
-def constants(truth: GroundTruth, physics_step: float, control_period: float) -> Constants:
+def constants(truth: GroundTruth, physics_step: float, control_period: float) -> RobotConstants:
     """Those of one robot.
 
     Args:
@@ -107,7 +107,7 @@ def constants(truth: GroundTruth, physics_step: float, control_period: float) ->
     body, drive, friction = truth.body, truth.drive, truth.friction
     around, sensors = truth.surroundings, truth.sensors
     limit = 0.5 * drive.torque_limit
-    return Constants(
+    return RobotConstants(
         step=physics_step,
         period=control_period,
         delay=drive.delay,
@@ -152,7 +152,7 @@ def _share(step: float, time_constant: float) -> float:
     return 1.0 - exp(-step / time_constant) if time_constant else 1.0
 
 
-def fresh_memory(c: Constants) -> Memory:
+def fresh_memory(c: RobotConstants) -> Memory:
     """That of a robot at rest."""
     ring = int(c.delay / c.period) + 4
     return Memory(

@@ -3,13 +3,13 @@
 import numpy as np
 
 from twbal.core.compiled import kernel
-from twbal.virtual_robot.constants import Constants, Memory
+from twbal.virtual_robot.constants import Memory, RobotConstants
 
 _LEAST_SUPPLY = 0.1  # of the full one: a battery does not turn its voltage round
 
 
 @kernel(is_kept=False)
-def queued(c: Constants, m: Memory, commands: np.ndarray, number: int) -> float:
+def queued(c: RobotConstants, m: Memory, commands: np.ndarray, number: int) -> float:
     """Mean over physics step `number` of the command that was given a delay before, each held until the next [N·m].
 
     Before the first command it is 0. A command that begins to act within the step counts for the part that it acts.
@@ -38,7 +38,7 @@ def past_dead_zone(command: float, forward: float, backward: float) -> float:
 
 
 @kernel(is_kept=False)
-def supply(c: Constants, m: Memory) -> float:
+def supply(c: RobotConstants, m: Memory) -> float:
     """Share of the full supply that the battery gives, for the motors' torques and what it gave so far."""
     load = (abs(m.torque[0]) + abs(m.torque[1])) / (2.0 * c.limit)
     m.used[0] += load * c.step
@@ -46,7 +46,7 @@ def supply(c: Constants, m: Memory) -> float:
 
 
 @kernel(is_kept=False)
-def drive_motor(c: Constants, m: Memory, wheel: int, command: float, voltage: float) -> None:
+def drive_motor(c: RobotConstants, m: Memory, wheel: int, command: float, voltage: float) -> None:
     """Move one motor's torque towards what is asked of it: dead zone, gain and supply, lag, slew limit."""
     asked = c.gain[wheel] * voltage * past_dead_zone(command, c.half_zone_forward, c.half_zone_backward)
     m.lagged[wheel] += c.lag_share * (asked - m.lagged[wheel])
@@ -55,13 +55,13 @@ def drive_motor(c: Constants, m: Memory, wheel: int, command: float, voltage: fl
 
 
 @kernel(is_kept=False)
-def stribeck(c: Constants, rate: float) -> float:
+def stribeck(c: RobotConstants, rate: float) -> float:
     """Dry friction while a bearing slides at a steady rate [N·m]: f_c + (f_s - f_c) exp(-(ω / ω_s)²)."""
     return float(c.coulomb + (c.static - c.coulomb) * np.exp(-((rate / c.stribeck_rate) ** 2)))
 
 
 @kernel(is_kept=False)
-def bristle_force(c: Constants, m: Memory, wheel: int, rate: float) -> tuple[float, float, float]:
+def bristle_force(c: RobotConstants, m: Memory, wheel: int, rate: float) -> tuple[float, float, float]:
     """LuGre friction over the next step as a + b ω', and the bristles' relaxation d: z' = (z + h ω') / d.
 
     dz/dt = ω - σ₀ |ω| z / g(ω), friction σ₀ z + σ₁ dz/dt; implicit in z and ω', so that stiff bristles stay stable.
@@ -74,7 +74,7 @@ def bristle_force(c: Constants, m: Memory, wheel: int, rate: float) -> tuple[flo
 
 
 @kernel(is_kept=False)
-def hinge_torque(c: Constants, m: Memory, wheel: int, angle: float, rate: float) -> float:
+def hinge_torque(c: RobotConstants, m: Memory, wheel: int, angle: float, rate: float) -> float:
     """Torque in a wheel's hinge over the next step [N·m]; friction, cogging and back-EMF act at the motor's shaft."""
     shaft, shaft_rate = (m.rotor[wheel], m.rotor_rate[wheel]) if c.rotor > 0.0 else (angle, rate)
     motor = m.torque[wheel] + m.random_torque[0] + c.cogging * np.sin(c.cogging_count * shaft + c.cogging_phase[wheel])
@@ -92,7 +92,9 @@ def hinge_torque(c: Constants, m: Memory, wheel: int, angle: float, rate: float)
 
 
 @kernel(is_kept=False)
-def gear_torque(c: Constants, m: Memory, wheel: int, motor: float, braking: float, angle: float, rate: float) -> float:
+def gear_torque(
+    c: RobotConstants, m: Memory, wheel: int, motor: float, braking: float, angle: float, rate: float
+) -> float:
     """Torque that the teeth hand on to the wheel [N·m]; moves the rotor by one implicit step.
 
     Args:

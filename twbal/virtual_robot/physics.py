@@ -10,7 +10,7 @@ import numpy as np
 from twbal.core.compiled import foreign_function, kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
-from twbal.virtual_robot.constants import Constants, Memory
+from twbal.virtual_robot.constants import Memory, RobotConstants
 from twbal.virtual_robot.drive import drive_motor, hinge_torque, queued, supply
 
 _FILE = {"darwin": "libmujoco.{}.dylib", "win32": "mujoco.dll"}.get(sys.platform, "libmujoco.so.{}")
@@ -71,7 +71,7 @@ def motion(q: Array, v: Array, slope: float) -> BodyMotion:
 
 
 @kernel(is_kept=False)
-def surround(c: Constants, b: Buffers, now: BodyMotion, push: float) -> None:
+def surround(c: RobotConstants, b: Buffers, now: BodyMotion, push: float) -> None:
     """Forces from outside: waves of the ground and the push at the axle, drag and scrubbing tyres on the body.
 
     On waves the ground's normal force leans by their slope, so that the robot's weight pushes its axle.
@@ -86,7 +86,7 @@ def surround(c: Constants, b: Buffers, now: BodyMotion, push: float) -> None:
 
 
 @kernel(is_kept=False)
-def filter_imu(c: Constants, m: Memory, now: BodyMotion, bias: float) -> None:
+def filter_imu(c: RobotConstants, m: Memory, now: BodyMotion, bias: float) -> None:
     """Complementary filter of gyro and accelerometer, which takes an accelerating robot for a leaning one; low-pass."""
     acceleration = (now.speed - m.imu[0]) / c.step
     m.imu[0] = now.speed
@@ -101,7 +101,7 @@ def filter_imu(c: Constants, m: Memory, now: BodyMotion, bias: float) -> None:
 
 
 @kernel(is_kept=False)
-def encoder(c: Constants, m: Memory, q: Array, wheel: int) -> float:
+def encoder(c: RobotConstants, m: Memory, q: Array, wheel: int) -> float:
     """Angle that an encoder shows [rad]."""
     angle = m.rotor[wheel] if c.is_encoder_on_motor and c.rotor > 0.0 else q[7 + wheel]
     return float(np.floor(angle / c.tick) * c.tick) if c.tick > 0.0 else float(angle)
@@ -109,7 +109,7 @@ def encoder(c: Constants, m: Memory, q: Array, wheel: int) -> float:
 
 @kernel()
 def drive_steps(
-    c: Constants, m: Memory, b: Buffers, number: int, begin: int, end: int, bias: float, push: float
+    c: RobotConstants, m: Memory, b: Buffers, number: int, begin: int, end: int, bias: float, push: float
 ) -> BodyMotion:
     """Drive through a part of control period `number`, and return the motion at the end of it.
 
@@ -141,6 +141,6 @@ def present_motion(b: Buffers, slope: float) -> BodyMotion:
 
 
 @kernel()
-def encoders(c: Constants, m: Memory, q: Array) -> tuple[float, float]:
+def encoders(c: RobotConstants, m: Memory, q: Array) -> tuple[float, float]:
     """Angles that both encoders show [rad]."""
     return encoder(c, m, q, 0), encoder(c, m, q, 1)

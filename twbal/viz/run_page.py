@@ -16,7 +16,7 @@ from twbal.viz.page import inline, percent, render
 
 
 @dataclass(frozen=True)
-class Setting:
+class RunSetup:
     """What a reader must know of how the run was set up.
 
     Attributes:
@@ -53,7 +53,7 @@ class Pictures:
     cost: str
 
 
-def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictures, commands: str) -> None:
+def write_report(path: Path, summary: Summary, setting: RunSetup, pictures: Pictures, commands: str) -> None:
     """Write the report; the same arguments give the same bytes.
 
     Args:

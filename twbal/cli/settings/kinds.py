@@ -240,7 +240,7 @@ _LARGEST_ANSWER = 1e6  # of a robot, in any unit
 
 
 @dataclass(frozen=True)
-class Answer(Kind):
+class SheetAnswer(Kind):
     """An answer to `twbal new-robot`, or null. What it says is looked at there, question by question."""
 
     unit: str = ""

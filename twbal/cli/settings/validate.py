@@ -18,7 +18,7 @@ _NAMED = 3  # further wrong settings that are named one by one
 _LONGEST_VALUE = 60  # characters of a value that are shown
 
 
-class Fault(NamedTuple):
+class InvalidSetting(NamedTuple):
     """A setting that cannot be right.
 
     Attributes:
@@ -84,29 +84,29 @@ def _refuse_unknown_names(stage: str, tree: Mapping[str, Any], table: Table) -> 
         raise ConfigError(f"{stage} has no setting {leaf.key!r}{guess}. Those of {place} are: {', '.join(beside)}.")
 
 
-def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[Fault]:
+def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[InvalidSetting]:
     """All wrong settings, in the order of the configuration."""
     table = Table(stage, tree)
     for leaf in leaves(tree):
         row = None if leaf.is_foreign else table.row(leaf.key)
         if row is not None:
             if not row.kind.takes(leaf.value):
-                yield Fault(leaf.key, leaf.value, row.kind.expected, row.meaning)
+                yield InvalidSetting(leaf.key, leaf.value, row.kind.expected, row.meaning)
         elif not leaf.is_foreign and table.has_parts(leaf.key) and not isinstance(leaf.value, Mapping):
-            yield Fault(leaf.key, leaf.value, "settings of its own", "")
+            yield InvalidSetting(leaf.key, leaf.value, "settings of its own", "")
         else:
             yield from _of_unknown(leaf, None if leaf.is_foreign else table.row_above(leaf.key))
     for key, effect in effects_in(tree):
         if "_target_" not in effect:
-            yield Fault(key, dict(effect), f"an effect by its name, as in +effect@{key}=dead_zone", "")
+            yield InvalidSetting(key, dict(effect), f"an effect by its name, as in +effect@{key}=dead_zone", "")
 
 
-def _of_unknown(leaf: Leaf, above: Setting | None) -> Iterator[Fault]:
+def _of_unknown(leaf: Leaf, above: Setting | None) -> Iterator[InvalidSetting]:
     """Of a setting that the table does not have, such as one of a user's own class."""
     if above is not None:
-        yield Fault(above.key, "{...}", above.kind.expected, above.meaning)
+        yield InvalidSetting(above.key, "{...}", above.kind.expected, above.meaning)
     elif not _is_finite(leaf.value):
-        yield Fault(leaf.key, leaf.value, "finite numbers", "")
+        yield InvalidSetting(leaf.key, leaf.value, "finite numbers", "")
 
 
 def _is_finite(value: Any) -> bool:

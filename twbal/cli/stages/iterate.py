@@ -36,7 +36,7 @@ from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
 from twbal.search.transition import check_kernel
 from twbal.virtual_robot.process import KeptRobots
 from twbal.viz.run_figures import pictures, save
-from twbal.viz.run_page import Setting, write_report
+from twbal.viz.run_page import RunSetup, write_report
 
 MORE_UPDATES = 3  # than a run had that did not balance the robot
 NOT_RECORDED = (
@@ -184,7 +184,7 @@ def _write(
     return [*(out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)), *save(drawn, out / FIGURES)]
 
 
-def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) -> Setting:
+def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) -> RunSetup:
     """What a reader of the report must know of the set-up."""
     channels = measures.channels
     widths = [
@@ -206,7 +206,7 @@ def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) ->
     ]
     if cfg.initial_policy == "simulation":
         facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.ensemble)])))
-    return Setting(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.ensemble], facts)
+    return RunSetup(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.ensemble], facts)
 
 
 def _link_in_words(link: DictConfig, choice: str) -> str:

@@ -17,7 +17,17 @@ from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.io.logs.layout import SampleLayout, layout_of
 from twbal.io.logs.metadata import CONFIG_NAME, METADATA_NAME, Description, description_of
-from twbal.io.logs.records import MAGIC, DamageError, Span, attachment_at, check_end, parse, span_at, spans, unpacked
+from twbal.io.logs.records import (
+    MAGIC,
+    DamageError,
+    RecordSpan,
+    attachment_at,
+    check_end,
+    parse,
+    span_at,
+    spans,
+    unpacked,
+)
 from twbal.io.logs.topics import Topic
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -100,7 +110,7 @@ class Contents:
         if not is_chunk:
             raise DamageError("the end of its data is missing")
 
-    def _take_chunk(self, data: bytes, span: Span) -> None:
+    def _take_chunk(self, data: bytes, span: RecordSpan) -> None:
         self._has_chunks = True
         records = unpacked(parse(Chunk, data, span))
         self._unfolded += len(records)
@@ -116,7 +126,7 @@ class Contents:
                 _check_type(topic, channel, self._schemas.get(channel.schema_id))
                 self._known[channel.id] = topic
 
-    def _take_attachment(self, data: bytes, span: Span) -> None:
+    def _take_attachment(self, data: bytes, span: RecordSpan) -> None:
         try:
             attachment = attachment_at(data, span)
             if attachment.name == CONFIG_NAME:
@@ -124,7 +134,7 @@ class Contents:
         except (DamageError, UnicodeDecodeError) as damage:
             self.damage = str(damage)  # the samples can be good all the same
 
-    def _take_messages(self, data: bytes, span: Span) -> int:
+    def _take_messages(self, data: bytes, span: RecordSpan) -> int:
         """Read the message at `span`, or all samples that begin there; return where reading goes on."""
         if span.stop - span.start < _MESSAGE.size:
             raise DamageError(f"the message at byte {span.start} is too short")

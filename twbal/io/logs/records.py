@@ -30,7 +30,7 @@ class DamageError(Exception):
     """The bytes stop making sense here; what was found before is good. Does not leave this folder."""
 
 
-class Span(NamedTuple):
+class RecordSpan(NamedTuple):
     """One record: its kind, where it begins, and where its content lies."""
 
     opcode: int
@@ -39,7 +39,7 @@ class Span(NamedTuple):
     stop: int
 
 
-def span_at(data: bytes, position: int) -> Span:
+def span_at(data: bytes, position: int) -> RecordSpan:
     """The record that begins at `position`.
 
     Raises:
@@ -49,18 +49,18 @@ def span_at(data: bytes, position: int) -> Span:
     if start <= len(data):
         opcode, length = _HEAD.unpack_from(data, position)
         if length <= len(data) - start:
-            return Span(opcode, position, start, start + length)
+            return RecordSpan(opcode, position, start, start + length)
     raise DamageError(f"it ends in the middle of the record at byte {position}")
 
 
-def spans(data: bytes, position: int) -> Iterator[Span]:
+def spans(data: bytes, position: int) -> Iterator[RecordSpan]:
     """The records from `position` on; raises as `span_at`."""
     while position < len(data):
         yield (span := span_at(data, position))
         position = span.stop
 
 
-def parse(kind: type[_Parsed], data: bytes, span: Span) -> _Parsed:
+def parse(kind: type[_Parsed], data: bytes, span: RecordSpan) -> _Parsed:
     """Read one record with mcap.
 
     Raises:
@@ -74,7 +74,7 @@ def parse(kind: type[_Parsed], data: bytes, span: Span) -> _Parsed:
     return record
 
 
-def attachment_at(data: bytes, span: Span) -> Attachment:
+def attachment_at(data: bytes, span: RecordSpan) -> Attachment:
     """An attachment, checked against its checksum.
 
     Raises:
@@ -108,7 +108,7 @@ def unpacked(chunk: Chunk) -> bytes:
     return bytes(records)
 
 
-def check_end(data: bytes, end: Span) -> None:
+def check_end(data: bytes, end: RecordSpan) -> None:
     """Check what follows the data: that it is all there, and that its two checksums fit.
 
     Args:

@@ -11,7 +11,7 @@ from twbal.core.plant import Observation
 _SEEN = ("time", "tilt", "tilt_rate", "acceleration", "yaw_rate", "wheel_angle", "wheel_rate")  # /imu, then /wheels
 
 
-class Table(NamedTuple):
+class EpisodeRows(NamedTuple):
     """The numbers of an episode.
 
     Attributes:
@@ -36,7 +36,7 @@ def columns_of(episode: Episode) -> Array:
     return np.column_stack([seen, episode.states, *optional, np.append(episode.commands, np.nan)])
 
 
-def table_of(seen: Array, states: Array, commands: Array) -> Table:
+def table_of(seen: Array, states: Array, commands: Array) -> EpisodeRows:
     """The way back.
 
     Args:
@@ -44,4 +44,4 @@ def table_of(seen: Array, states: Array, commands: Array) -> Table:
         states: (T + 1, D).
         commands: (T, 1).
     """
-    return Table(seen[:, [_SEEN.index(name) for name in Observation._fields]], states, commands[:, 0])
+    return EpisodeRows(seen[:, [_SEEN.index(name) for name in Observation._fields]], states, commands[:, 0])
