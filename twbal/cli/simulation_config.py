@@ -19,7 +19,7 @@ def simulation_of(cfg: DictConfig) -> Simulation:
     """
     engine = cfg.sim.get("engine", EngineName.PYBULLET.value)
     if engine not in list(EngineName):
-        raise ConfigError(f"sim.engine must be {' or '.join(Engine)}; found {engine!r}.")
+        raise ConfigError(f"sim.engine must be {' or '.join(EngineName)}; found {engine!r}.")
     return Simulation(
         robot=instantiate(cfg.robot),
         start=instantiate(cfg.start),

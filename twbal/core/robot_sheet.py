@@ -87,7 +87,7 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
     for kind, names in provenance.items():
         if kind not in list(ValueProvenance):
             raise ConfigError(
-                f"Robot {name!r} has values of provenance {kind!r}; expected one of: {', '.join(Provenance)}."
+                f"Robot {name!r} has values of provenance {kind!r}; expected one of: {', '.join(ValueProvenance)}."
             )
         for value in names:
             if value not in VALUES or value in found:
@@ -98,7 +98,7 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
     if missing:
         raise ConfigError(
             f"Robot {name!r} does not say where these values come from: {', '.join(missing)}. List each under one of "
-            f"provenance.{{{', '.join(Provenance)}}}."
+            f"provenance.{{{', '.join(ValueProvenance)}}}."
         )
     return found
 

@@ -3,8 +3,8 @@ r"""The twin about its balance, and its Kalman filter.
 About the balance the twin is x' = F x + w, y = C x + v with x = (θ, φ, θ̇, φ̇), followed by (θ, θ̇) of one control period
 before and of two, from which a late IMU reads. v has the sensors' standard deviations; w is what white torques, one
 between wheels and body and one on the wheels from outside, do within a control period. Gains are those of the Kalman
-filter from the first instant on, where the state is what the first measurement tells. A model discrepancy (`NoiseModel`)
-joins the state.
+filter from the first instant on, where the state is what the first measurement tells. A model discrepancy
+(`NoiseModel`) joins the state.
 """
 
 from typing import NamedTuple

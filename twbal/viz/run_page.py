@@ -152,10 +152,10 @@ def _updated(iteration: Iteration) -> str:
     """What an update did after its rollouts."""
     data = f"all {iteration.real_seconds:.1f} s of rollouts so far"
     diagnosed = {
-        DiagnosisOutcome.USED: "What the simulation lacks to explain the rollouts was diagnosed and added to it, and f was "
-        "learned again. ",
-        DiagnosisOutcome.NOT_USED: "A diagnosis of what the simulation lacks left most of its error, so the simulation stayed "
-        "as it was. ",
+        DiagnosisOutcome.USED: "What the simulation lacks to explain the rollouts was diagnosed and added to it, and f "
+        "was learned again. ",
+        DiagnosisOutcome.NOT_USED: "A diagnosis of what the simulation lacks left most of its error, so the simulation "
+        "stayed as it was. ",
     }.get(iteration.diagnosis or DiagnosisOutcome.NOT_MADE, "")
     if iteration.basis is Basis.IDENTIFIED:
         return f"A linear model was fitted to {data}; its regulator is policy {iteration.first_had}."
