@@ -143,7 +143,7 @@ class Iteration:
         tilt_band_median: half width of the predicted 95 % band of the tilt, median over the horizon [rad], at most π;
             None without a prediction.
         tilt_band_widest: the same where it is widest [rad].
-        upright, settled: trials that show this part of a success, see `Verdict`.
+        upright, settled: trials that show this part of a success, see `TrialVerdict`.
         in_place, quiet: the same; None also where the rule does not ask for it.
         place_by: what told where the robot was: `pose`, or `odometry` where that was all there was in some trial.
         farthest_median_m: median over the trials of the greatest distance from where the robot was put, once it had

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class Quantity(IntEnum):
-    """A number of a robot; in lower case, its name in `RobotParameters`, `Drive` or `Ground`.
+    """A number of a robot; in lower case, its name in `RobotParameters`, `DriveTrain` or `Ground`.
 
     The physics engine alone has body_inertia_roll, body_inertia_yaw, wheel_inertia (of the wheels' links) and
     imbalance. The planar model alone has those from turn_inertia to slew_rate, in their place and in that of code that

@@ -29,7 +29,7 @@ class Constants(NamedTuple):
         slope: σ at the start [rad].
         apart: half the track over the wheels' radius.
         geared: part of the wheels' inertia that turns relative to the body [kg·m²].
-        coulomb, viscous, breakaway, stribeck_rate: of the joints, as of `Drive`.
+        coulomb, viscous, breakaway, stribeck_rate: of the joints, as of `DriveTrain`.
         rolling, rolling_viscous, grip: of the ground, as of `Ground`.
         pushed: constant force at the axle beside those of effects [N].
         delay: of commands [s].

@@ -144,7 +144,7 @@ def run_predictor(
         lead: as of `read_sensors`.
         gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
             speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
-            six components, as of `Noise`.
+            six components, as of `NoiseModel`.
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearTwin` [s].

@@ -65,7 +65,7 @@ class Topic:
         """The protobuf class that writes the message.
 
         Its fields have presence, as in proto2: so zeros are written too, and all messages of a topic are of one length,
-        which `Layout.unpack` lives on. In the file the type is proto3; the bytes mean the same.
+        which `SampleLayout.unpack` lives on. In the file the type is proto3; the bytes mean the same.
         """
         file = descriptor_pb2.FileDescriptorProto()
         file.CopyFrom(self.descriptor.file[0])
