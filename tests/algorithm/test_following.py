@@ -23,7 +23,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dataset import transitions
 from twbal.planar.linearised import sampled_with_delay
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.policies.policy import Policy
 from twbal.search.linear_starts import linear_law, regulator, state_space
@@ -46,7 +46,7 @@ def parts() -> Parts:
     with composing():
         cfg, faults = compose("lqr"), compose("virtual_robot", ["faults=light"]).faults
         robot, channels, cost = (instantiate(cfg[part]) for part in ("robot", "state", "cost"))
-    linear = sampled_with_delay(twin_parameters(robot, {}), robot.control_period, len(channels.lags))
+    linear = sampled_with_delay(planar_parameters(robot, {}), robot.control_period, len(channels.lags))
     gain = regulator(*state_space(linear, channels), cost, robot.torque_limit)
     assert gain is not None
     policy = linear_law(channels.names, gain, robot.torque_limit, compensation=0.0)

@@ -10,7 +10,7 @@ from twbal.algorithm.distribution_file import KIND, from_payload, load_distribut
 from twbal.algorithm.identification import Identification, identify
 from twbal.core.errors import CheckpointError, ConfigError
 from twbal.io.checkpoint import save_checkpoint
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.robot_distribution import prior_of
 
 NUMBERS = ("mean", "covariance", "low", "high", "sensor_sd", "torque_sd", "filter_rate")
@@ -28,8 +28,8 @@ def test_the_simulation_is_the_robot_of_the_mean(paper):
     known = drawn(paper)
     effects = Identification(prior_of(paper), known, {}).effects
     assert set(effects) == {field.rsplit("_", 1)[0] for field in known.fields}
-    twin = twin_parameters(paper, effects)
-    assert [getattr(twin, field) for field in known.fields] == known.mean.tolist()
+    planar = planar_parameters(paper, effects)
+    assert [getattr(planar, field) for field in known.fields] == known.mean.tolist()
 
 
 def test_rollouts_that_tell_nothing_leave_the_prior_and_say_so(paper):

@@ -19,7 +19,7 @@ from twbal.core.heading_control import HeadingControl
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.planar.linearised import sampled_with_delay
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.policies.policy import Policy
 from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.virtual_robot.drawn import draw_ground_truth
@@ -40,7 +40,7 @@ def parts(sheet: str) -> Parts:
     with composing():
         cfg = compose("lqr", [f"robot={sheet}"])
         robot, channels, cost = (instantiate(cfg[part]) for part in ("robot", "state", "cost"))
-    linear = sampled_with_delay(twin_parameters(robot, {}), robot.control_period, len(channels.lags))
+    linear = sampled_with_delay(planar_parameters(robot, {}), robot.control_period, len(channels.lags))
     gain = regulator(*state_space(linear, channels), cost, robot.torque_limit)
     assert gain is not None
     return Parts(robot, channels, linear_law(channels.names, gain, robot.torque_limit, compensation=0.0))

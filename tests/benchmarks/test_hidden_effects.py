@@ -23,7 +23,7 @@ FORBIDDEN = ("twbal.sim", "twbal.planar", "twbal.effects", "twbal.sysid", "twbal
 
 
 @pytest.mark.parametrize("file", ["robot.py", "faults.py", "truth.py", "sets.py", "score.py"])
-def test_the_truth_shares_no_code_with_simulation_twin_or_diagnosis(file):
+def test_the_truth_shares_no_code_with_simulation_planar_model_or_diagnosis(file):
     for node in ast.walk(ast.parse((ROOT / file).read_text())):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
         names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []

@@ -32,7 +32,7 @@ FAULTS = {
     "policy file": ("policies/rbf.py", "=max_command_in(found)", "=0.999 * max_command_in(found)"),
     "transitions": ("core/channels.py", "matrix[i, i] = 1.0", "matrix[i, i] = 1.001"),
     "gradient": ("search/long_term_cost.py", "by_mean + costs[t].by_mean", "by_mean + 1.001 * costs[t].by_mean"),
-    "twin": ("planar/dry_friction.py", "bound = 2.0 * k.coulomb", "bound = 1.5 * k.coulomb"),
+    "planar model": ("planar/dry_friction.py", "bound = 2.0 * k.coulomb", "bound = 1.5 * k.coulomb"),
     "predictor": (
         "sysid/predictor.py",
         "tilt_rate += gains[instant, 2, j] * error[j]",

@@ -16,7 +16,7 @@ from twbal.cli.simulation_config import simulation_of
 from twbal.core.errors import CheckpointError
 from twbal.effects.library import values_of
 from twbal.io.checkpoint import save_checkpoint
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.policies.saved import load_policy
 
 CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
@@ -343,6 +343,6 @@ def test_the_identified_robot_is_a_simulation_that_stages_take(driven, tmp_path)
     known = load_distribution(made / "robot_distribution.pt", twbal.robot("paper"))
     words = [f"sim={made / 'identified.yaml'}"]
     effects = values_of(simulation_of(composed("sim-collect", words)).effects)
-    assert twin_parameters(known.robot, effects) == twin_parameters(known.robot, {})._replace(
+    assert planar_parameters(known.robot, effects) == planar_parameters(known.robot, {})._replace(
         **dict(zip(known.fields, known.mean.tolist(), strict=True))
     )

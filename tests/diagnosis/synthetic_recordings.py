@@ -1,4 +1,4 @@
-"""Recordings of the planar twin, driven by a regulator with excitation on top, at finer steps than the estimator's."""
+"""Recordings of the planar model, driven by a regulator with excitation on top, at finer steps than the estimator's."""
 
 import numpy as np
 from scipy.linalg import solve_continuous_are

@@ -18,7 +18,7 @@ from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.select import Problem
 from twbal.diagnosis.verdict import allowed_differences
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 
@@ -95,8 +95,8 @@ def odd_ones(paper, settings, odd, seed):
         recordings.append(replace(recording, name=f"log {k}"))
     data = Data(recordings[:3], 5)
     (candidate,) = [c for c in candidates_for(paper) if c.name == "coulomb_friction"]
-    always = always_free(settings.tolerances, twin_parameters(paper, {}), 3)
-    start = Model(twin_parameters(paper, {}), 0.0, NOISE)
+    always = always_free(settings.tolerances, planar_parameters(paper, {}), 3)
+    start = Model(planar_parameters(paper, {}), 0.0, NOISE)
     chosen = fit_hypothesis(data, start, always, [candidate], 1)
     problem = Problem(data, start, always, candidates_for(paper), settings)
     comparison = ModelComparison(data, chosen, (), problem.candidates, 1.0, allowed_differences(problem, chosen))

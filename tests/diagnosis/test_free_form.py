@@ -17,7 +17,7 @@ from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.linear_errors import linear_errors, responses, weights_of
 from twbal.planar.constants import constants
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 
@@ -35,7 +35,7 @@ def settings():
 def plain(paper):
     """A recording of a robot that lacks nothing, and its model."""
     data = Data([synthetic_recording(paper, {}, seed=1, periods=200, tolerance=0.0)], 10)
-    return data, Model(twin_parameters(paper, {}), 0.0, NOISE)
+    return data, Model(planar_parameters(paper, {}), 0.0, NOISE)
 
 
 def at(plain):
@@ -53,7 +53,7 @@ def change(plain, **values):
 
 
 def agree(found, expected, share=0.06):
-    """To within what the twin is not linear."""
+    """To within what the planar model is not linear."""
     assert np.sqrt(np.mean((found - expected) ** 2)) < share * np.sqrt(np.mean(expected**2))
 
 
@@ -61,7 +61,7 @@ def test_a_force_leaves_what_a_slope_explains(plain):
     """The errors that a force leaves go where a model has it: what the model adds is what the robot lacks."""
     data, model = plain
     angle = 1e-3
-    weight = GRAVITY * constants(model.twin, data.period).mass
+    weight = GRAVITY * constants(model.planar, data.period).mass
     found = responses(at(plain), OUTSIDE, np.ones((len(data.recordings[0]), 1)))[:, :, 0]
     agree(weight * angle * found, change(plain, ground_slope_angle=angle))
 
@@ -84,9 +84,9 @@ def drawn_of(paper, settings, effects, seed):
     """What is drawn of recordings of a robot with effects, beside the data sheet refitted."""
     recordings = [synthetic_recording(paper, effects, 10 * seed + k, periods=600, tolerance=0.02) for k in range(3)]
     data = Data(recordings[:2], 10)
-    twin = twin_parameters(paper, {})
-    always = always_free(settings.tolerances, twin, 2)
-    start = data.with_noise(Model(twin, 0.0, NOISE), 30)
+    planar = planar_parameters(paper, {})
+    always = always_free(settings.tolerances, planar, 2)
+    start = data.with_noise(Model(planar, 0.0, NOISE), 30)
     chosen = fit_hypothesis(data, start, always, (), 2)
     return free_forms(FreeFormInputs(data, chosen, always, replace(data, recordings=recordings[2:]), (), 0.04)), data
 

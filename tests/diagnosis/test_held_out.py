@@ -1,4 +1,4 @@
-"""The right model on data that nothing was fitted to: the planar twin makes them at fine steps, PyBullet is tried."""
+"""The right model on data that nothing was fitted to: the planar model makes them at fine steps, PyBullet is tried."""
 
 from dataclasses import replace
 from functools import partial
@@ -170,7 +170,7 @@ def run(robot, result, starts, commands):
 
 
 def test_rollouts_begin_at_the_motion_that_was_measured(split, seen):
-    """Angles of the twin run ahead of its rates by half a step; the wheel turns by more in it than its encoder errs."""
+    """The model's angles run ahead of its rates by half a step; the wheel turns by more in it than its encoder errs."""
     recording, path = split.kept_back[0], seen.trajectories[0]
     off = path.wheel_angle - recording.measured[:, MEASURED.index("wheel_angle")]
     assert np.abs(np.polyfit(recording.measured[:, 3], off, 1)[0]) < 0.1 * recording.period / SUBSTEPS

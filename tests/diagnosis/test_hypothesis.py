@@ -17,7 +17,7 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, fit_hypothesis, is_at_b
 from twbal.diagnosis.name import first_noise
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.actuation import equivalent_gain
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Free, Model
 
@@ -27,8 +27,8 @@ TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0)
 
 def fitted(robot, values):
     """The data sheet refitted, with these values."""
-    model = Model(twin_parameters(robot, {}), 0.0, first_noise(robot, np.ones(4, bool)))
-    always = always_free(TOLERANCES, model.twin, 1)
+    model = Model(planar_parameters(robot, {}), 0.0, first_noise(robot, np.ones(4, bool)))
+    always = always_free(TOLERANCES, model.planar, 1)
     return FittedHypothesis((), Fit(model.put(values), always, 0.0, None, np.zeros(8)), np.ones(4), 0.0)
 
 
@@ -54,11 +54,11 @@ def test_a_value_is_beyond_its_tolerance_before_it_is_at_its_bound(preset):
 def test_the_equivalent_gain_is_booton_s_of_gaussian_commands(paper, ratio):
     commands = np.random.default_rng(1).normal(0.0, 1.0, 100_000)
     inside = erf(ratio / np.sqrt(2))
-    saturated = twin_parameters(paper, {"torque_saturation": {"limit": ratio}, "torque_gain": {"gain": 0.7}})
-    dead = twin_parameters(paper, {"dead_zone": {"width": ratio}})
+    saturated = planar_parameters(paper, {"torque_saturation": {"limit": ratio}, "torque_gain": {"gain": 0.7}})
+    dead = planar_parameters(paper, {"dead_zone": {"width": ratio}})
     assert equivalent_gain(saturated, commands) == pytest.approx(inside, abs=0.01)
     assert equivalent_gain(dead, commands) == pytest.approx(1.0 - inside, abs=0.01)
-    assert equivalent_gain(twin_parameters(paper, {}), commands) == pytest.approx(1.0)
+    assert equivalent_gain(planar_parameters(paper, {}), commands) == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(("start", "is_stuck"), [(0.1, True), (8.0, False)])
@@ -66,10 +66,10 @@ def test_a_saturation_that_nearly_all_commands_exceed_is_no_value(paper, start, 
     data = Data([synthetic_recording(paper, {}, seed=51, periods=300)], 10)
     (saturation,) = [c for c in candidates_for(paper) if c.name == "torque_saturation"]
     kept = tuple(p._replace(low=0.9 * start, high=1.1 * start, none=1e9) for p in saturation.parameters)
-    model = Model(twin_parameters(paper, {}), 0.0, first_noise(paper, data.sensed))
+    model = Model(planar_parameters(paper, {}), 0.0, first_noise(paper, data.sensed))
     model = model.put({"torque_saturation_limit": start})
     found = fit_hypothesis(
-        data, model, always_free(TOLERANCES, model.twin, 1), [saturation._replace(parameters=kept)], 0
+        data, model, always_free(TOLERANCES, model.planar, 1), [saturation._replace(parameters=kept)], 0
     )
     assert found.overriding == ("torque_saturation",) * is_stuck
     if is_stuck:
@@ -94,7 +94,7 @@ def test_what_has_no_ends_or_may_lie_at_them_has_no_bounds(paper):
 def test_a_candidate_that_is_taken_away_leaves_nothing_behind(paper):
     """A limit at the upper end of its range is no such thing: a slew limit still takes 2 ms for a step of 4 N·m."""
     data = Data([synthetic_recording(paper, {}, seed=2, periods=200)], 10)
-    model = Model(twin_parameters(paper, {}), 0.0, first_noise(paper, np.ones(4, bool)))
+    model = Model(planar_parameters(paper, {}), 0.0, first_noise(paper, np.ones(4, bool)))
     kalman = data.filter(model)
     plain = data.white(model, kalman)
     for candidate in candidates_for(paper):

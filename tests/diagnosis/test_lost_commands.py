@@ -20,7 +20,7 @@ from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitt
 from twbal.effects.library import library
 from twbal.effects.lost_commands import LostCommands
 from twbal.io.logs.writer import write_episode
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.held_out import Split
 from twbal.sysid.model import Data, Model
 from twbal.sysid.recording import Usability, read_recordings
@@ -69,7 +69,7 @@ def asked(episodes, sheet):
     recordings = read_recordings(episodes, [f"log {i}" for i, _ in enumerate(episodes)], sheet, USABILITY)
     data = Data(recordings, 2, largest_noise(sheet), QUIETEST)
     return data, with_fitted_noise(
-        data, Model(twin_parameters(sheet, {}), 0.0, first_noise(sheet, data.sensed), (0.0,) * len(recordings))
+        data, Model(planar_parameters(sheet, {}), 0.0, first_noise(sheet, data.sensed), (0.0,) * len(recordings))
     )
 
 
@@ -221,7 +221,7 @@ def test_a_command_that_stays_comes_through_at_last(conf):  # noqa: F811
 def test_the_planar_model_does_without_it(conf):  # noqa: F811
     sheet = conf("robot/paper")
     assert "lost_commands" not in library()
-    assert twin_parameters(sheet, {"lost_commands": {"share": 0.1}}) == twin_parameters(sheet, {})
+    assert planar_parameters(sheet, {"lost_commands": {"share": 0.1}}) == planar_parameters(sheet, {})
 
 
 def test_the_sentence_says_how_many():

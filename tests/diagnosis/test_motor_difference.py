@@ -18,7 +18,7 @@ from twbal.diagnosis.motor_difference_record import MotorDifference
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.library import library, values_of
 from twbal.effects.unequal_motors import UnequalMotors
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sim.bullet_plant import SimPlant
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
@@ -43,7 +43,7 @@ def episode(seen, commands, sheet, **more):
 
 
 def found(episodes, sheet, effects=None):
-    return motor_difference(episodes, sheet, twin_parameters(sheet, effects or {}), 0.7)
+    return motor_difference(episodes, sheet, planar_parameters(sheet, effects or {}), 0.7)
 
 
 @pytest.mark.parametrize("share", [pytest.param(0.05, marks=pytest.mark.slow), -0.15])
@@ -107,7 +107,7 @@ def test_the_physics_engine_turns_with_unequal_motors_as_the_sheet_tells(conf): 
 
 
 def test_the_planar_model_passes_it_over_and_no_diagnosis_weighs_it(paper):
-    assert twin_parameters(paper, values_of([UnequalMotors(0.2)])) == twin_parameters(paper, {})
+    assert planar_parameters(paper, values_of([UnequalMotors(0.2)])) == planar_parameters(paper, {})
     assert "unequal_motors" not in library()
 
 

@@ -147,7 +147,7 @@ EVERY = [
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
-def test_every_effect_is_named_on_data_of_the_twin(paper, name):
+def test_every_effect_is_named_on_data_of_the_planar_model(paper, name):
     effects = {name: MISSING[name]}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=20)])
     assert found.verdict is Verdict.NAMED

@@ -20,7 +20,7 @@ from twbal.diagnosis.model_comparison import ModelComparison, RivalModel, is_ope
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import ProbableEffect, Rival, Verdict
 from twbal.diagnosis.separation import divergences, expected_separation, prior_of, projected
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
@@ -40,11 +40,11 @@ def comparison(paper):
     """Two seconds of a robot with a little Coulomb friction, explained by that, or by viscous friction."""
     recording = synthetic_recording(paper, {"coulomb_friction": {"torque": 0.05}}, seed=5, periods=100)
     data = Data([recording], 5)
-    always = always_free(settings().tolerances, twin_parameters(paper, {}), 1)
+    always = always_free(settings().tolerances, planar_parameters(paper, {}), 1)
     rivals = []
     for name in RIVALS:
         (candidate,) = [c for c in candidates_for(paper) if c.name == name]
-        fitted = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [candidate], 2)
+        fitted = fit_hypothesis(data, Model(planar_parameters(paper, {}), 0.0, NOISE), always, [candidate], 2)
         rivals.append(RivalModel((name,), fitted.fit, 0.5))
     return ModelComparison(data, fitted, tuple(rivals), (), 1.0, {})
 

@@ -20,7 +20,7 @@ from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING
@@ -39,10 +39,10 @@ def settings(*words):
 
 def fitted(robot, names, values, total=0.0, words=()):
     """A set of effects as a fit with white residuals would leave it, with these values."""
-    twin = twin_parameters(robot, {})
+    planar = planar_parameters(robot, {})
     chosen = tuple(c for name in names for c in candidates_for(robot) if c.name == name)
-    model = Model(twin, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
-    frees = (*always_free(settings(*words).tolerances, twin, 1), *(free for c in chosen for free in c.frees))
+    model = Model(planar, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
+    frees = (*always_free(settings(*words).tolerances, planar, 1), *(free for c in chosen for free in c.frees))
     return FittedHypothesis(chosen, Fit(model, frees, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
 
 
@@ -73,7 +73,7 @@ def test_a_set_that_pulls_the_data_sheet_away_is_searched_for_another(names, fac
 
 def bounds(robot, field):
     """The range of a value of the data sheet."""
-    frees = always_free(settings().tolerances, twin_parameters(robot, {}), 1)
+    frees = always_free(settings().tolerances, planar_parameters(robot, {}), 1)
     return next((free.low, free.high) for free in frees if free.field == field)
 
 
@@ -190,10 +190,10 @@ def test_a_model_discrepancy_that_explains_what_is_missing_is_told(component, sa
 
 def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(paper):
     data = Data([synthetic_recording(paper, {"coulomb_friction": {"torque": 0.1}}, seed=52, periods=500)], 10)
-    twin = twin_parameters(paper, {})
-    start = data.with_noise(Model(twin, 0.0, first_noise(paper, data.sensed)), 30)
+    planar = planar_parameters(paper, {})
+    start = data.with_noise(Model(planar, 0.0, first_noise(paper, data.sensed)), 30)
     pair = [c for c in candidates_for(paper) if c.name in ("coulomb_friction", "motor_lag")]
-    hypothesis = fit_hypothesis(data, start, always_free(settings().tolerances, twin, 1), pair, 4)
+    hypothesis = fit_hypothesis(data, start, always_free(settings().tolerances, planar, 1), pair, 4)
     hypothesis = hypothesis._replace(
         fit=hypothesis.fit._replace(model=hypothesis.fit.model.put({"motor_lag_time_constant": 0.0}))
     )
@@ -212,8 +212,8 @@ def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, share,
         "periodic_disturbance": {"force": 5.0, "frequency": 1.0, "phase": 0.0},
     }
     data = Data([synthetic_recording(paper, hidden, seed=52, periods=500)], 10)
-    start = data.with_noise(Model(twin_parameters(paper, {}), 0.0, first_noise(paper, data.sensed)), 30)
-    always = always_free(settings().tolerances, twin_parameters(paper, {}), 1)
+    start = data.with_noise(Model(planar_parameters(paper, {}), 0.0, first_noise(paper, data.sensed)), 30)
+    always = always_free(settings().tolerances, planar_parameters(paper, {}), 1)
     by_name = {candidate.name: candidate for candidate in candidates_for(paper)}
     friction, wave = by_name["coulomb_friction"], by_name["periodic_disturbance"]
     chosen = fit_hypothesis(data, start, always, [friction], 4)

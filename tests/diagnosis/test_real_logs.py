@@ -19,7 +19,7 @@ from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
 from twbal.io.importers.smoother import smooth
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 
@@ -88,9 +88,9 @@ def test_no_sensor_is_finer_than_its_steps(paper):
 @pytest.mark.parametrize(("candidate", "is_steady"), [("coulomb_friction", True), ("viscous_friction", False)])
 def test_an_effect_of_the_wrong_form_is_not_of_one_size(paper, candidate, is_steady):
     data = Data([synthetic_recording(paper, FRICTION, seed=36, periods=1000)], 10)
-    always = always_free(settings("default").tolerances, twin_parameters(paper, {}), 1)
+    always = always_free(settings("default").tolerances, planar_parameters(paper, {}), 1)
     (chosen,) = [c for c in candidates_for(paper) if c.name == candidate]
-    weighed = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
+    weighed = fit_hypothesis(data, Model(planar_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
     found = inconstant_effects(data, weighed, 0.3)
     assert (found == ()) is is_steady
     if not is_steady:
@@ -113,9 +113,9 @@ def test_a_negative_size_is_larger_where_it_is_further_from_none(paper):
         usable=np.ones(len(measured), bool),
     )
     data = Data([joined], 10)
-    always = always_free(settings("default").tolerances, twin_parameters(paper, {}), 1)
+    always = always_free(settings("default").tolerances, planar_parameters(paper, {}), 1)
     (chosen,) = [c for c in candidates_for(paper) if c.name == "com_offset"]
-    fitted = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
+    fitted = fit_hypothesis(data, Model(planar_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
     shares = [each.share for each in inconstant_effects(data, fitted, 0.3) if each.axis == "time"]
     assert shares and shares[0] > 0.5
 

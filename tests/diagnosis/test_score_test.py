@@ -9,7 +9,7 @@ from synthetic_recordings import NOISE, synthetic_recording
 from twbal.diagnosis import score_test
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods, score_candidates
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
@@ -61,7 +61,7 @@ def test_what_a_usual_size_would_have_gained_is_what_it_gains_where_it_is(paper,
         Data([synthetic_recording(paper, effects, seed=3, periods=900, tolerance=0.0)], 10)
         for effects in ({}, {name: values})
     )
-    model = Model(twin_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    model = Model(planar_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
     fits = [Fit(model, (), 0.0, data.filter(model), data.white(model, data.filter(model))) for data in (clean, other)]
     (said,) = score_candidates(clean, fits[0], [candidate])
     present = other.white(model.put({f"{name}_{key}": value for key, value in values.items()}), fits[1].kalman)

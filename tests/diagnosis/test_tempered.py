@@ -15,7 +15,7 @@ from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitt
 from twbal.diagnosis.select import Problem
 from twbal.diagnosis.tempered import settled, tempered_search
 from twbal.diagnosis.verdict import shifts_of
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import descend, penalty
 from twbal.sysid.model import Data, Model
 
@@ -27,10 +27,10 @@ HIDDEN = {"coulomb_friction": {"torque": 0.4}, "actuation_delay": {"delay": 0.01
 def problem(paper):
     recordings = [synthetic_recording(paper, HIDDEN, seed=s, periods=300) for s in (51, 52)]
     data = Data(recordings, SETTINGS.substeps, largest_noise(paper), QUIETEST)
-    twin = twin_parameters(paper, {})
-    start = with_fitted_noise(data, Model(twin, 0.0, first_noise(paper, data.sensed)))
+    planar = planar_parameters(paper, {})
+    start = with_fitted_noise(data, Model(planar, 0.0, first_noise(paper, data.sensed)))
     few = [c for c in candidates_for(paper) if c.name in {*HIDDEN, "ground_slope", "motor_lag"}]
-    return Problem(data, start, always_free(SETTINGS.tolerances, twin, 2), few, SETTINGS)
+    return Problem(data, start, always_free(SETTINGS.tolerances, planar, 2), few, SETTINGS)
 
 
 @pytest.mark.parametrize("temperature", [1.0, 30.0, 1000.0])

@@ -15,7 +15,7 @@ from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.name import first_noise, name_effects
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.tolerance_test import tolerance_statistic
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
@@ -28,9 +28,9 @@ LIMITS = {field: SETTINGS.tolerances.of(field) for field in (*DATA_SHEET, *WHEEL
 def refitted(robot, effects):
     """Recordings of a robot whose data sheet is off by these effects alone, and the fit that is the model to beat."""
     data = Data([synthetic_recording(robot, effects, seed=21, periods=1000, tolerance=0.0)], SETTINGS.substeps)
-    twin = twin_parameters(robot, {})
-    start = Model(twin, 0.0, first_noise(robot, data.sensed))
-    always = always_free(SETTINGS.tolerances, twin, 1)
+    planar = planar_parameters(robot, {})
+    start = Model(planar, 0.0, first_noise(robot, data.sensed))
+    always = always_free(SETTINGS.tolerances, planar, 1)
     return data, fit_hypothesis(data, data.with_noise(start, 30), always, (), 8).fit
 
 

@@ -11,7 +11,7 @@ from twbal.diagnosis import name
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.data_sheet import WHEELS
 from twbal.diagnosis.hypothesis import fit_hypothesis
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
@@ -21,9 +21,9 @@ SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml
 def test_a_model_with_the_wheels_of_the_data_sheet_predicts_as_well(paper, factor):
     """From wheels far off, with what else is free fitted to them: the way back is long, and its end is as good."""
     data = Data([synthetic_recording(paper, {}, seed=5, periods=1500, tolerance=0.0)], 10)
-    twin = twin_parameters(paper, {})
-    frees = always_free(SETTINGS.tolerances, twin, 1)
-    start = name.with_fitted_noise(data, Model(twin, 0.0, name.first_noise(paper, data.sensed)))
+    planar = planar_parameters(paper, {})
+    frees = always_free(SETTINGS.tolerances, planar, 1)
+    start = name.with_fitted_noise(data, Model(planar, 0.0, name.first_noise(paper, data.sensed)))
     off = start.put({free.field: factor * free.mean for free in frees if free.field in WHEELS})
     others = [free._replace(sd=np.inf) for free in frees if free.field not in WHEELS]
     begin = fit_hypothesis(data, off, others, (), 8)

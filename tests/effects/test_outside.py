@@ -27,9 +27,9 @@ from twbal.effects.effect import OutsideEffect
 from twbal.effects.page import page
 from twbal.planar.constants import Constants
 from twbal.planar.forces import forces
-from twbal.planar.parameters import parameters_class, twin_parameters
+from twbal.planar.parameters import parameters_class, planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
-from twbal.planar.twin_state import STRAIGHT, TwinState
+from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.sim.bullet_plant import SimPlant
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -111,9 +111,9 @@ def test_a_term_that_numba_cannot_compile_is_one_clear_error(SomeBrake, paper, m
     monkeypatch.setattr(SomeBrake, "push", lambda self, force, at: force - self.mistyped * at.speed)
     monkeypatch.setattr(library, "source_of", lambda kind: "of this test")
     said = r"Method 'push' of SomeBrake \(.*\) cannot be compiled: Unknown attribute 'mistyped'"
-    k, rest = Constants(*[1.0] * len(Constants._fields)), TwinState(*[0.0] * len(TwinState._fields))
+    k, rest = Constants(*[1.0] * len(Constants._fields)), PlanarState(*[0.0] * len(PlanarState._fields))
     with pytest.raises(ConfigError, match=said):
-        forces(twin_parameters(paper, {}), k, rest, 0.0, STRAIGHT)
+        forces(planar_parameters(paper, {}), k, rest, 0.0, STRAIGHT)
 
 
 def test_it_is_documented(SomeBrake):

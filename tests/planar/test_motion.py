@@ -1,4 +1,4 @@
-"""The twin's physics step against closed forms, balances of energy, and an integrator of its own."""
+"""The planar model's physics step against closed forms, balances of energy, and an integrator of its own."""
 
 import numpy as np
 import pytest
@@ -7,23 +7,23 @@ from scipy.integrate import solve_ivp
 from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import constants
 from twbal.planar.motion import step
-from twbal.planar.parameters import twin_parameters
-from twbal.planar.twin_state import Turning, TwinState
+from twbal.planar.parameters import planar_parameters
+from twbal.planar.planar_state import PlanarState, Turning
 
-REST = TwinState(*(0.0,) * 10)
+REST = PlanarState(*(0.0,) * 10)
 
 
 def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0, heading=0.0):
     """States from `start` on; `torque` is a number or a function of time."""
-    twin = twin_parameters(robot, effects)
-    k = constants(twin, physics_step)
+    planar = planar_parameters(robot, effects)
+    k = constants(planar, physics_step)
     state = REST._replace(**start)
     state = state._replace(rotor=state.wheel, rotor_speed=state.wheel_speed)
     states = [state]
     for i in range(round(seconds / physics_step)):
         time = i * physics_step
         pull = torque(time) if callable(torque) else torque
-        state = step(twin, k, state, pull, time, Turning(yaw_rate, heading + time * yaw_rate))
+        state = step(planar, k, state, pull, time, Turning(yaw_rate, heading + time * yaw_rate))
         states.append(state)
     return states
 
@@ -276,4 +276,4 @@ def test_dry_friction_of_a_turning_robot_is_that_of_its_two_wheels(paper, effect
     assert does > 1.0
     assert abs(end.wheel_speed - truth[3]) < 0.01 * does
     straight = swing(paper, {effect: {"torque": torque}}, start, 0.0, 1e-4, seconds)[-1]
-    assert abs(straight.wheel_speed - truth[3]) > 0.02 * does  # so the test would see a twin that only goes straight
+    assert abs(straight.wheel_speed - truth[3]) > 0.02 * does  # so the test would see a model that only goes straight

@@ -9,7 +9,7 @@ from twbal.effects.library import effects_from
 from twbal.planar import linearised
 from twbal.planar.equations import coefficients
 from twbal.planar.linearised import linearise, torque_response
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 
 AT_REST = StartPose(0.0, 0.0, 0.0, 0.0)
@@ -32,7 +32,7 @@ def closed_form(robot):
 @pytest.mark.parametrize("which", ["paper", "regbot"])
 def test_it_goes_to_the_closed_form_as_its_steps_get_finer(request, monkeypatch, which):
     robot = request.getfixturevalue(which)
-    model, exact, gaps = twin_parameters(robot, {}), closed_form(robot), []
+    model, exact, gaps = planar_parameters(robot, {}), closed_form(robot), []
     for steps in (5, 50, 500):
         monkeypatch.setattr(linearised, "_STEPS", steps)
         gaps.append(np.abs(torque_response(model, robot.control_period) / exact - 1.0).max())
@@ -55,11 +55,11 @@ def test_a_torque_from_outside_moves_the_rates_as_a_constant_force_at_the_axle(r
     plant.reset(0)
     seen = plant.step(0.0)
     rates = np.array([seen.tilt_rate, seen.wheel_rate + seen.tilt_rate])
-    said = torque_response(twin_parameters(robot, {}), robot.control_period)[:, 1] * FORCE * robot.wheel_radius
+    said = torque_response(planar_parameters(robot, {}), robot.control_period)[:, 1] * FORCE * robot.wheel_radius
     np.testing.assert_allclose(said, rates, rtol=0.02)
 
 
 def test_the_balance_angle_and_friction_change_nothing(paper):
     effects = {"com_offset": {"angle": 0.1}, "coulomb_friction": {"torque": 0.3}, "dead_zone": {"width": 2.0}}
-    plain, other = (torque_response(twin_parameters(paper, e), paper.control_period) for e in ({}, effects))
+    plain, other = (torque_response(planar_parameters(paper, e), paper.control_period) for e in ({}, effects))
     np.testing.assert_allclose(other, plain, rtol=1e-5)

@@ -17,7 +17,7 @@ from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
 from twbal.effects.library import effects_from
 from twbal.planar.linearised import sampled_with_delay, torque_response
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
@@ -66,7 +66,7 @@ CASES = {
 
 
 def policy_for(robot, channels, case):
-    linear = sampled_with_delay(twin_parameters(robot, LATE), robot.control_period, 2)
+    linear = sampled_with_delay(planar_parameters(robot, LATE), robot.control_period, 2)
     cost = cost_over(channels.names, case.widths, 1.0, robot.torque_limit)
     gain = regulator(*state_space(linear, channels), cost, robot.torque_limit)
     return linear_law(channels.names, case.scale * gain, robot.torque_limit, case.compensation)
@@ -99,7 +99,7 @@ def told_by_plant(robot, effects, policy, channels, rule, filter_rate=0.0):
 
 def told_by_kernel(robot, effects, policy, channels, rule, cost, drawn):
     """The same robot by compiled code."""
-    limits, model = limits_of(rule, channels.names), twin_parameters(robot, effects)
+    limits, model = limits_of(rule, channels.names), planar_parameters(robot, effects)
     return planar_rollouts([model], channels, policy, cost, limits, drawn, robot.control_period)
 
 
@@ -115,7 +115,7 @@ def driven(robot, case, policy, channels, rule, cost, noise, trial):
     stance = START.draw(generator(Stream.START_POSE, 3, trial))
     shown = np.full((1, rule.steps + 1, len(channels.names)), np.nan)
     found = planar_rollouts(
-        [twin_parameters(robot, case.effects)],
+        [planar_parameters(robot, case.effects)],
         channels,
         policy,
         cost,
@@ -184,7 +184,7 @@ def test_sensors_that_are_off_are_so_from_the_first_instant_on(paper):
 def test_robots_do_not_see_each_other(paper):
     channels, rule = Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
     cost, rng = cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit), np.random.default_rng(0)
-    models = [twin_parameters(paper, case.effects) for case in CASES.values()]
+    models = [planar_parameters(paper, case.effects) for case in CASES.values()]
     draws = PlanarDraws(
         0.05 * rng.standard_normal((len(models), 3)),
         np.array(NOISE) * rng.standard_normal((len(models), rule.steps, 4)),
@@ -216,7 +216,7 @@ def test_constant_jolts_cost_what_a_constant_force_costs(paper):
     """Jolts come at the end of a control period, a force acts throughout: rates are seen half a jolt off."""
     case, channels, rule = CASES["it stays"], Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
     policy, cost = policy_for(paper, channels, case), cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
-    force, outside = 4.0, torque_response(twin_parameters(paper, case.effects), paper.control_period)[:, 1]
+    force, outside = 4.0, torque_response(planar_parameters(paper, case.effects), paper.control_period)[:, 1]
     pushing = {"periodic_disturbance": {"force": force, "frequency": 0.0, "phase": np.pi / 2}}
     episode, stance = told_by_plant(paper, {**case.effects, **pushing}, policy, channels, rule)
     calm = undisturbed(np.array([stance]), np.zeros((1, rule.steps, 4)))

@@ -10,7 +10,7 @@ from twbal.core.start_pose import StartPose
 from twbal.effects.library import effects_from
 from twbal.planar import linearised
 from twbal.planar.linearised import sampled_with_delay
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.search.linear_starts import state_space
 
@@ -30,7 +30,7 @@ def test_it_follows_small_motions_of_the_robot_in_every_channel(paper, monkeypat
         "torque_gain": {"gain": 0.8},
     }
     channels = Channels(NAMES, paper.wheel_radius, T)
-    linear = sampled_with_delay(twin_parameters(paper, effects), T, 2)
+    linear = sampled_with_delay(planar_parameters(paper, effects), T, 2)
     A, B = state_space(linear, channels)
     start = StartPose(linear.balance + 1e-4, 0.0, 0.0, 0.0)
     plant = PlanarPlant(robot=paper, effects=effects_from(effects), start=start, physics_step=T / physics_steps, seed=0)
@@ -54,13 +54,13 @@ def test_it_follows_small_motions_of_the_robot_in_every_channel(paper, monkeypat
 
 def test_what_the_robot_does_in_a_straight_line_leaves_other_channels_alone(paper):
     channels = Channels(("tilt", "yaw_rate", "tilt_rate", "acceleration", "speed"), paper.wheel_radius)
-    A, B = state_space(sampled_with_delay(twin_parameters(paper, {}), paper.control_period, 0), channels)
+    A, B = state_space(sampled_with_delay(planar_parameters(paper, {}), paper.control_period, 0), channels)
     for k in (1, 3):
         np.testing.assert_array_equal(A[k], np.eye(5)[k])
         assert B[k] == 0.0
 
 
 def test_a_state_without_speed_is_refused(paper):
-    linear = sampled_with_delay(twin_parameters(paper, {}), paper.control_period, 0)
+    linear = sampled_with_delay(planar_parameters(paper, {}), paper.control_period, 0)
     with pytest.raises(ConfigError, match="has no speed"):
         state_space(linear, Channels(("tilt", "tilt_rate"), paper.wheel_radius))

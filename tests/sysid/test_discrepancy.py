@@ -7,7 +7,7 @@ import pytest
 from synthetic_recordings import NOISE as SENSED
 from synthetic_recordings import synthetic_recording
 
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import BIAS_TIME, LASTING, UNSENSED, NoiseModel
 from twbal.sysid.noise_fit import louder_sensors, refilter
@@ -35,7 +35,7 @@ def test_the_predictor_follows_a_discrepancy_as_the_linear_model_says(paper, com
     levels[component] = [1.0, 1.0, 0.01, 0.05, 0.01, 0.05][component]
     recording = synthetic_recording(paper, effects, seed=3, periods=300, tolerance=0.0)
     data = Data([recording], 10)
-    model = Model(twin_parameters(paper, effects), 0.0, NoiseModel(SENSORS, TORQUES, 1e-6 * levels))
+    model = Model(planar_parameters(paper, effects), 0.0, NoiseModel(SENSORS, TORQUES, 1e-6 * levels))
     other = model._replace(noise=model.noise._replace(discrepancy=levels))
     before, after, linear = data.filter(model), data.filter(other), data.linear(model)
     errors, truth = data.errors(model, before)[0], data.errors(other, after)[0]
@@ -53,12 +53,12 @@ def test_a_gyro_whose_bias_walks_is_followed(paper, effects):
         for seed in (1, 2)
     ]
     largest = np.full(LASTING, 1e-9)
-    twin = twin_parameters(paper, effects)
+    planar = planar_parameters(paper, effects)
     left = []
     for most in (1e-9, 1.0):
         largest[BIAS] = most
         data = Data(recordings, 10, NoiseModel(np.full(4, np.inf), np.full(2, np.inf), largest.copy()))
-        model = Model(twin, 0.0, NoiseModel(SENSORS, TORQUES, 0.1 * largest))
+        model = Model(planar, 0.0, NoiseModel(SENSORS, TORQUES, 0.1 * largest))
         for _ in range(3):
             model = data.with_noise(model, 30)
         kalman = data.filter(model)
@@ -86,9 +86,9 @@ def test_the_noise_of_a_gyro_is_found_though_loud_torques_stood_for_it(paper):
     """At 200 Hz, with a filtered tilt: the likelihood has an optimum with a silent gyro, in which a search stayed."""
     fast = replace(paper, control_period=0.005)
     recording = synthetic_recording(fast, FILTER, seed=4, periods=1500, tolerance=0.0)
-    data, twin = Data([recording], 4), twin_parameters(fast, FILTER)
+    data, planar = Data([recording], 4), planar_parameters(fast, FILTER)
     misled = NoiseModel(np.array([0.002, 3e-4, 0.002, 0.05]), np.array([4.0, 4.0]), np.full(LASTING, 1e-4))
-    model = Model(twin, 0.0, misled)
+    model = Model(planar, 0.0, misled)
     for _ in range(4):
         model = data.with_noise(model, 30)
     assert model.noise.sensors[1] == pytest.approx(SENSED["tilt_rate"], rel=0.15)

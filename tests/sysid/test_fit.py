@@ -5,7 +5,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.settings import Tolerances
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import descend, penalty, refit, slopes, slopes_of
 from twbal.sysid.intervals import standard_errors
 from twbal.sysid.model import ANGLE_LEAD, Data, Free, Model
@@ -30,8 +30,8 @@ def data(paper):
 
 @pytest.fixture(scope="module")
 def start(paper):
-    twin = twin_parameters(paper, {"coulomb_friction": {"torque": 0.05}, "actuation_delay": {"delay": 0.004}})
-    return Model(twin, 0.0, NOISE)
+    planar = planar_parameters(paper, {"coulomb_friction": {"torque": 0.05}, "actuation_delay": {"delay": 0.004}})
+    return Model(planar, 0.0, NOISE)
 
 
 def test_slopes_are_the_derivatives_of_the_errors(data, start):
@@ -102,11 +102,11 @@ def exact_cost(data, fit):
     ids=str,
 )
 def test_more_rounds_never_end_worse(paper, effects, seed):
-    """On tyres that slip the linear twin foretells gains of other noise that the recordings do not bear out."""
+    """On tyres that slip the linear model foretells gains of other noise that the recordings do not bear out."""
     data = Data([synthetic_recording(paper, effects, seed=seed, periods=500)], 10)
-    twin = twin_parameters(paper, {})
-    begin = data.with_noise(Model(twin, 0.0, NOISE), 30)
-    frees = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0), twin, 1)
+    planar = planar_parameters(paper, {})
+    begin = data.with_noise(Model(planar, 0.0, NOISE), 30)
+    frees = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0), planar, 1)
     costs = [refit(data, begin, frees, rounds, 4, 12).cost for rounds in range(5)]
     assert (np.diff(costs) <= 1e-6).all(), costs
 

@@ -9,7 +9,7 @@ from synthetic_recordings import NOISE, synthetic_recording
 from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
 from twbal.planar.linearised import linearise
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import kalman_filter, linearise_period, respond_each
 from twbal.sysid.likelihood import cost, whiten
 from twbal.sysid.model import Data, Model
@@ -24,8 +24,8 @@ def recording(paper):
     return synthetic_recording(paper, {}, seed=3, periods=600, tolerance=0.0)
 
 
-def test_the_linear_twin_is_the_exponential_of_the_linearised_equations(paper):
-    F = linearise_period(twin_parameters(paper, {}), paper.control_period).F
+def test_the_linear_model_is_the_exponential_of_the_linearised_equations(paper):
+    F = linearise_period(planar_parameters(paper, {}), paper.control_period).F
     A = linearise(paper).A
     exact = expm(A * paper.control_period)  # of tilt, tilt rate and speed
     np.testing.assert_allclose(F[np.ix_([0, 2], [0, 2])], exact[:2, :2], atol=0.02)
@@ -34,7 +34,7 @@ def test_the_linear_twin_is_the_exponential_of_the_linearised_equations(paper):
 
 
 def test_the_gain_settles_at_the_riccati_equations(paper):
-    linear = linearise_period(twin_parameters(paper, {}), paper.control_period)
+    linear = linearise_period(planar_parameters(paper, {}), paper.control_period)
     F, C, Q = linear.F[:4, :4], linear.C[:, :4], (linear.B * LEVELS.torques**2) @ linear.B.T
     R = np.diag(LEVELS.sensors**2)
     P = solve_discrete_are(F.T, C.T, Q[:4, :4] + 1e-14 * np.eye(4), R)
@@ -46,10 +46,10 @@ def test_the_gain_settles_at_the_riccati_equations(paper):
 
 def test_errors_by_another_gain_are_those_of_the_predictor_run_anew(paper, recording):
     data = Data([recording], 10)
-    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    model = Model(planar_parameters(paper, {}), 0.0, LEVELS)
     other = model._replace(noise=NoiseModel(2 * LEVELS.sensors, 0.3 * LEVELS.torques))
     before, after = data.filter(model), data.filter(other)
-    linear = linearise_period(model.twin, data.period)
+    linear = linearise_period(model.planar, data.period)
     errors = data.errors(model, before)[0]
     moved = refilter(linear.F, linear.C, before.gains, after.gains, errors)
     truth = data.errors(other, after)[0]
@@ -58,7 +58,7 @@ def test_errors_by_another_gain_are_those_of_the_predictor_run_anew(paper, recor
 
 def test_the_noise_of_the_sensors_is_found(paper, recording):
     data = Data([recording], 10)
-    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    model = Model(planar_parameters(paper, {}), 0.0, LEVELS)
     for _ in range(3):
         model = data.with_noise(model, 30)
     np.testing.assert_allclose(model.noise.sensors, list(NOISE.values()), rtol=0.12)
@@ -69,7 +69,7 @@ def test_noise_is_no_louder_than_it_may_be_and_else_as_without_a_bound(paper):
     """A force of 6 N, of which the model does not know, and a tilt of 0.004 rad of noise that may have 0.002."""
     effects = {"periodic_disturbance": {"force": 6.0, "frequency": 1.0, "phase": 0.0}}
     shaken = synthetic_recording(paper, effects, seed=3, periods=600, tolerance=0.0)
-    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    model = Model(planar_parameters(paper, {}), 0.0, LEVELS)
     free = Data([shaken], 10).with_noise(model, 30).noise
     loudest = NoiseModel(np.array([0.5 * free.sensors[0], 1.0, 1.0, 1.0]), np.array([np.inf, 0.5 * free.torques[1]]))
     bounded = Data([shaken], 10, loudest).with_noise(model, 30).noise
@@ -83,8 +83,8 @@ def test_noise_is_no_louder_than_it_may_be_and_else_as_without_a_bound(paper):
 
 def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
     data = Data([recording], 10)
-    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
-    linear = linearise_period(model.twin, data.period)
+    model = Model(planar_parameters(paper, {}), 0.0, LEVELS)
+    linear = linearise_period(model.planar, data.period)
     errors = data.errors(model, data.filter(model))[0]
     wild = errors.copy()
     wild[100:105] += 30 * LEVELS.sensors
@@ -98,9 +98,9 @@ def test_torques_that_the_model_lacks_show_as_the_predictor_says(paper):
     effects = {"periodic_disturbance": {"force": push / paper.wheel_radius, "frequency": 0.0, "phase": np.pi / 2}}
     pushed = synthetic_recording(paper, effects, seed=3, periods=period, tolerance=0.0)
     data = Data([pushed], 10)
-    knows = Model(twin_parameters(paper, effects), 0.0, LEVELS)
-    lacks = Model(twin_parameters(paper, {}), 0.0, LEVELS)
-    kalman, linear = data.filter(lacks), linearise_period(lacks.twin, data.period)
+    knows = Model(planar_parameters(paper, effects), 0.0, LEVELS)
+    lacks = Model(planar_parameters(paper, {}), 0.0, LEVELS)
+    kalman, linear = data.filter(lacks), linearise_period(lacks.planar, data.period)
     seen = data.errors(lacks, kalman)[0] - data.errors(knows, kalman)[0]
     (said,) = respond_each(linear.F, linear.C, kalman.gains, linear.B[:, 1].copy(), np.full((period, 1), push))
     assert np.abs(seen - said).max() < 0.05 * np.abs(said).max()
@@ -110,7 +110,7 @@ def test_torques_that_the_model_lacks_show_as_the_predictor_says(paper):
 def test_torques_leave_what_the_recursion_says(paper, has_discrepancy):
     """Each series by itself, with all entries of the matrices, as the truth."""
     noise = LEVELS._replace(discrepancy=np.full(6, 0.01)) if has_discrepancy else LEVELS
-    linear = linearise_period(twin_parameters(paper, {}), 0.02)
+    linear = linearise_period(planar_parameters(paper, {}), 0.02)
     linear = linear.with_discrepancy(0.02, 3.0, 0.5) if has_discrepancy else linear
     gains = kalman_filter(linear, noise).gains
     torques = np.random.default_rng(0).standard_normal((80, 7))
@@ -130,7 +130,7 @@ def test_the_likelihood_is_that_of_as_many_channels_as_were_measured(paper, reco
     """With scipy's density of Student's t, of the measured channels alone, as the truth."""
     sensed = np.array(sensed)
     model = Model(
-        twin_parameters(paper, {}), 0.0, NoiseModel(np.where(sensed, LEVELS.sensors, UNSENSED), LEVELS.torques)
+        planar_parameters(paper, {}), 0.0, NoiseModel(np.where(sensed, LEVELS.sensors, UNSENSED), LEVELS.torques)
     )
     data = Data([replace(recording, sensed=sensed)], 10)
     kalman = data.filter(model)
@@ -153,7 +153,7 @@ def test_the_likelihood_is_that_of_as_many_channels_as_were_measured(paper, reco
 def test_the_linear_model_has_just_the_effects_that_say_so(paper, name):
     kind = library()[name]
     values = {name: {key: known.value for key, known in parameters_of(kind).items()}}
-    nominal, found = (linearise_period(twin_parameters(paper, effects), 0.02) for effects in ({}, values))
+    nominal, found = (linearise_period(planar_parameters(paper, effects), 0.02) for effects in ({}, values))
     change = max(np.abs(there - here).max() for here, there in zip(nominal[:3], found[:3], strict=True))
     if kind.is_linear and name != "com_offset":  # which moves the balance, about which all is as before
         assert change > 1e-6

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import approx_fprime
 from synthetic_recordings import synthetic_recording
 
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import kalman_filter, solution
 from twbal.sysid.likelihood import cost
 from twbal.sysid.model import Data, Model
@@ -34,7 +34,7 @@ def test_the_slope_is_that_of_central_differences(paper, effects, unsensed, monk
     if unsensed is not None:
         sensors[unsensed] = UNSENSED
     data = Data(recordings, 10)
-    model = Model(twin_parameters(paper, effects), 0.0, NoiseModel(sensors, TORQUES, LASTING))
+    model = Model(planar_parameters(paper, effects), 0.0, NoiseModel(sensors, TORQUES, LASTING))
     before, linear = data.filter(model), data.linear(model)
     errors = data.errors(model, before)
     if unsensed is not None:
@@ -63,7 +63,7 @@ def test_the_search_for_the_noise_has_the_slope_of_what_it_minimises(paper):
     """The prior of a discrepancy's levels among it, and gains that settle."""
     recording = synthetic_recording(paper, {}, seed=3, periods=300, tolerance=0.0)
     data = Data([recording], 10)
-    model = Model(twin_parameters(paper, {}), 0.0, NoiseModel(SENSORS, TORQUES, LASTING))
+    model = Model(planar_parameters(paper, {}), 0.0, NoiseModel(SENSORS, TORQUES, LASTING))
     kalman = data.filter(model)
     largest = NoiseModel(np.full(4, 1.0), np.full(2, 1.0), 3.0 * LASTING)
     objective = _Objective(data.linear(model), kalman.gains, data.errors(model, kalman), data.usable, largest)

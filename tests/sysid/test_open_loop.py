@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.start_pose import StartPose
 from twbal.effects.library import effects_from
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sysid.open_loop import predict_open_loop
 from twbal.sysid.recording import Recording
@@ -40,8 +40,8 @@ def driven(paper):
 def predicted(paper, driven, starts, steps, off=None, limit=0.7):
     recording, states = driven
     off = np.zeros((len(starts), 8)) if off is None else off
-    twin = twin_parameters(paper, EFFECTS)
-    return predict_open_loop(twin, recording, FINE, states, np.array(starts), off, steps, limit)
+    planar = planar_parameters(paper, EFFECTS)
+    return predict_open_loop(planar, recording, FINE, states, np.array(starts), off, steps, limit)
 
 
 def test_from_the_true_state_they_are_the_measurements_of_a_robot_without_noise(paper, driven):

@@ -19,7 +19,7 @@ from twbal.core.robot_sheet import robot_sheet
 from twbal.core.start_pose import StartPose
 from twbal.effects.library import effects_from
 from twbal.planar.linearised import sampled_with_delay
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.exploring import ExploringPolicy
@@ -55,7 +55,7 @@ def episodes_of(robot, effects, seed, steps=200, count=1, scale=1.0, exploration
     With a filter rate its tilt comes from a complementary filter.
     """
     channels = Channels(NAMES, robot.wheel_radius, robot.control_period)
-    linear = sampled_with_delay(twin_parameters(robot, {}), robot.control_period, 2)
+    linear = sampled_with_delay(planar_parameters(robot, {}), robot.control_period, 2)
     cost = cost_over(NAMES, {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5}, 1.0, robot.torque_limit)
     gain = scale * regulator(*state_space(linear, channels), cost, robot.torque_limit)
     law = linear_law(NAMES, gain, robot.torque_limit, 0.0)

@@ -10,7 +10,7 @@ from twbal.core.errors import DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.library import effect_name
 from twbal.effects.parameter import parameters_of
-from twbal.planar.parameters import field_of, twin_parameters
+from twbal.planar.parameters import field_of, planar_parameters
 from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.sysid.posterior import posterior
 
@@ -40,11 +40,11 @@ class Identification:
         """Those of the simulated robot that has the mean of the parameters; others as simulation and sheet say."""
         known = self.known
         mean = dict(zip(known.fields, known.mean.tolist(), strict=True))
-        twin = twin_parameters(known.robot, {})._replace(**mean)
+        planar = planar_parameters(known.robot, {})._replace(**mean)
         found: EffectValues = dict(self.simulated)
-        for own in twin.effects:
+        for own in planar.effects:
             name = effect_name(own.kind)
-            values = dict(zip(own.values._fields, twin[own.first : own.end], strict=True))  # type: ignore[attr-defined]
+            values = dict(zip(own.values._fields, planar[own.first : own.end], strict=True))  # type: ignore[attr-defined]
             if any(field_of(name, parameter) in mean for parameter in values):
                 found[name] = {parameter: float(value) for parameter, value in values.items()}
         return found
@@ -105,7 +105,7 @@ def _names_and_units(known: RobotDistribution) -> tuple[list[str], list[str]]:
             f"{effect_name(own.kind)}.{name}",
             (parameter.unit or "1") + " a wheel" * parameter.is_of_each_wheel,
         )
-        for own in twin_parameters(known.robot, {}).effects
+        for own in planar_parameters(known.robot, {}).effects
         for name, parameter in parameters_of(own.kind).items()
     }
     return [found[field][0] for field in known.fields], [found[field][1] for field in known.fields]

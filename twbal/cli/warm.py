@@ -22,7 +22,7 @@ from twbal.core.start_pose import StartPose
 from twbal.diagnosis.experiments import experiments_of, simulate
 from twbal.effects.library import library
 from twbal.models.smoothing import compile_filter
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.random import RandomPolicy
@@ -111,7 +111,7 @@ def compile_what_few_diagnoses_need() -> None:
     seen = Recording(
         "any", _ROBOT.control_period, nothing[:3, 0], nothing, nothing[0], nothing[0] == 0, nothing[0] == 0
     )
-    model = Model(twin_parameters(_ROBOT, {}), 0.0, NoiseModel(np.full(4, 0.01), np.zeros(2)))
+    model = Model(planar_parameters(_ROBOT, {}), 0.0, NoiseModel(np.full(4, 0.01), np.zeros(2)))
     data = Data([seen], 1)
     simulate(experiments_of(_ROBOT)[0], _ROBOT, model, data, 0)
     linear = data.linear(model)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 from twbal.core.robot_model import UNBOUNDED
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.settings import Tolerances
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.sysid.model import ANGLE_LEAD, Free, TiltOffset
 
 LOWEST, HIGHEST = 0.25, 2.5
@@ -118,15 +118,15 @@ def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[Free, ...]:
     return tuple(Free(TiltOffset(k), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
 
 
-def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -> tuple[Free, ...]:
+def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: int) -> tuple[Free, ...]:
     """What every model may change: the data sheet's values, the sensors' timing and tilt offsets, within tolerances.
 
     Args:
         tolerances: their standard deviations.
-        twin: what the simulation has for them.
+        planar: what the simulation has for them.
         recordings: how many there are.
     """
-    values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
+    values = [(field, float(getattr(planar, field))) for field in (*DATA_SHEET, *WHEELS)]
     sheet = [
         Free(
             field,

@@ -23,7 +23,7 @@ from twbal.diagnosis.filter_result import with_offsets
 from twbal.diagnosis.log_names import distinct_names
 from twbal.diagnosis.prediction_errors import PredictionErrors, prediction_errors
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.sysid.model import Free, Model, TiltOffset
 from twbal.sysid.recording import MEASURED
 
@@ -51,12 +51,12 @@ def evaluate_simulations(
         DataError: a log is of another robot, of another control period or too short; the message says which.
         ConfigError: the planar model cannot be such a simulation.
     """
-    twins = [_twin(simulation, robot, settings.substeps) for simulation in simulations]
+    planar_models = [_planar_model(simulation, robot, settings.substeps) for simulation in simulations]
     read = [read_log(log, robot, settings) for log in logs]
     found: list[list[PredictionErrors]] = []  # by simulation, by log
-    for simulation, twin in zip(simulations, twins, strict=True):
+    for simulation, planar in zip(simulations, planar_models, strict=True):
         progress(f"{simulation.name}: predictions of {len(logs)} log{'s' if len(logs) > 1 else ''}")
-        found.append([_errors(twin, each, settings, k) for k, each in enumerate(read)])
+        found.append([_errors(planar, each, settings, k) for k, each in enumerate(read)])
     pools = [(log.name, [k]) for k, log in enumerate(logs)]
     if len(logs) > 1:
         pools.append((ALL_LOGS, list(range(len(logs)))))
@@ -75,25 +75,25 @@ def evaluate_simulations(
     )
 
 
-def _twin(simulation: GivenSimulation, robot: RobotParameters, substeps: int) -> TwinParameters:
+def _planar_model(simulation: GivenSimulation, robot: RobotParameters, substeps: int) -> PlanarParameters:
     """The planar model of a simulation."""
     where = f"Simulation {simulation.name} ({simulation.source})"
     try:
-        twin = twin_parameters(robot, simulation.effects)
+        planar = planar_parameters(robot, simulation.effects)
     except ConfigError as error:
         raise ConfigError(f"{where}: {error}") from error
-    k: Constants = constants(twin, robot.control_period / substeps)
+    k: Constants = constants(planar, robot.control_period / substeps)
     if k.gap > 0.0 and k.grip < UNBOUNDED:
         raise ConfigError(
             f"{where} has backlash, and wheels that slip; the planar model takes one of the two at most. Leave one of "
             "the effects out, or the simulation."
         )
-    return twin
+    return planar
 
 
-def _errors(twin: TwinParameters, read: ReadLog, settings: EvaluationSettings, log: int) -> PredictionErrors:
+def _errors(planar: PlanarParameters, read: ReadLog, settings: EvaluationSettings, log: int) -> PredictionErrors:
     """The errors on a log, of whose noise floor the draws are the same for all simulations."""
-    model = Model(twin, 0.0, read.noise)
+    model = Model(planar, 0.0, read.noise)
     sd = settings.tilt_offset
     if sd > 0.0:
         model = with_offsets(read.data, model, [Free(TiltOffset(0), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd)])

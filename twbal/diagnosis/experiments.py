@@ -13,10 +13,10 @@ from twbal.core.motion_limits import MotionLimits
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold, standing
+from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.planar.sensing import imu_settled, read_sensors
-from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.policies.excitation import Excitation, ExcitationLaw, excited_command
 from twbal.search.excited import excited_regulator
 from twbal.sysid.model import Data, Model
@@ -109,8 +109,8 @@ def simulate(
         data: recordings that it was fitted to: their period, physics steps and channels are taken over.
         seed: of the noise, and of the disturbance.
     """
-    steps, twin = round(SECONDS / data.period), model.twin
-    k = constants(twin, data.period / data.substeps)
+    steps, planar = round(SECONDS / data.period), model.planar
+    k = constants(planar, data.period / data.substeps)
     lead = data.lead - model.angle_lead
     levels = np.where(model.noise.sensors < 0.5 * UNSENSED, model.noise.sensors, 0.0)
     noise = levels * generator(Stream.SENSOR_NOISE, seed).standard_normal((steps + 1, 4))
@@ -120,7 +120,9 @@ def simulate(
     imu = imu_settled(k, state, _RING * data.substeps)
     commands, measured = np.zeros(steps), np.empty((steps + 1, 4))
     radius = robot.wheel_radius
-    most, cut = _driven(twin, k, state, imu, policy.law, radius, drawn, noise, data.substeps, lead, commands, measured)
+    most, cut = _driven(
+        planar, k, state, imu, policy.law, radius, drawn, noise, data.substeps, lead, commands, measured
+    )
     if not most < np.pi / 2:
         return SimulatedExperiment(None, np.inf, cut)
     return SimulatedExperiment(_recording(commands, measured, data), most, cut)
@@ -128,9 +130,9 @@ def simulate(
 
 @kernel()
 def _driven(
-    twin: TwinParameters,
+    planar: PlanarParameters,
     k: Constants,
-    state: TwinState,
+    state: PlanarState,
     imu: Array,
     law: ExcitationLaw,
     radius: float,
@@ -141,10 +143,10 @@ def _driven(
     commands: Array,
     measured: Array,
 ) -> tuple[float, float]:
-    """Drive a twin through an experiment, up to a fall: its largest tilt, and the share of commands that were cut.
+    """Drive a model through an experiment, up to a fall: its largest tilt, and the share of commands that were cut.
 
     Args:
-        twin, k, state, imu: as of `hold`.
+        planar, k, state, imu: as of `hold`.
         law: that drives it.
         radius: of the wheels by the sheet [m].
         drawn: (T, 2) the speed that is asked for, and the disturbance as a share of the torque limit.
@@ -155,7 +157,7 @@ def _driven(
     """
     most, cut, steps = abs(state.tilt), 0, len(commands)
     for n in range(steps + 1):
-        seen = read_sensors(twin, k, state, imu, n * substeps, lead)
+        seen = read_sensors(planar, k, state, imu, n * substeps, lead)
         measured[n, 0], measured[n, 1] = seen.tilt + noise[n, 0], seen.tilt_rate + noise[n, 1]
         measured[n, 2], measured[n, 3] = seen.wheel_angle + noise[n, 2], seen.wheel_rate + noise[n, 3]
         if n == steps:
@@ -164,7 +166,7 @@ def _driven(
         speed = radius * (measured[n, 3] + rate)
         commands[n], is_cut = excited_command(law, tilt, rate, speed, drawn[n])
         cut += is_cut
-        state = hold(twin, k, state, commands, n, substeps, STRAIGHT, imu)
+        state = hold(planar, k, state, commands, n, substeps, STRAIGHT, imu)
         most = max(most, abs(state.tilt))
         if not most < np.pi / 2:
             break

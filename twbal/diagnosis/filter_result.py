@@ -8,7 +8,7 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.kalman import Filter, error_variances
 from twbal.sysid.model import Data, Free, Model
@@ -40,7 +40,7 @@ def filter_recordings(
         offsets: of the tilt of each recording [rad], or what is free of them; none where they are all 0.
     """
     data = Data(recordings, substeps)
-    model = Model(twin_parameters(robot, effects), angle_lead, noise)
+    model = Model(planar_parameters(robot, effects), angle_lead, noise)
     return filter_result_of(data, with_offsets(data, model, offsets), effects)
 
 
@@ -73,7 +73,7 @@ def one_step_errors(data: Data, model: Model, best: Model) -> tuple[Array, ...]:
         starts = np.arange(EARLIEST, len(recording))
         errors = np.zeros((len(recording) + 1, 4))
         ahead = predict_open_loop(
-            model.twin_for(number),
+            model.planar_for(number),
             recording,
             data.substeps,
             prediction.states,
@@ -92,7 +92,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
     """What a model makes of recordings; `effects` are its values as the simulation takes them."""
     kalman = data.filter(model)
     predictions = data.predictions(model, kalman)
-    radius = constants(model.twin, data.period).radius
+    radius = constants(model.planar, data.period).radius
     trajectories = tuple(
         _trajectory(radius, data.lead, recording, prediction.states)
         for recording, prediction in zip(data.recordings, predictions, strict=True)
@@ -107,7 +107,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
         model.angle_lead,
         model.offsets,
         kalman.covariance,
-        model.twin.tilt_filter_rate,
+        model.planar.tilt_filter_rate,
     )
 
 

@@ -106,7 +106,7 @@ def _courses(
 ) -> dict[str, VariableSeries]:
     recording = data.recordings[number]
     count = len(recording)
-    k = constants(model.twin, data.period)
+    k = constants(model.planar, data.period)
     gains = kalman.gains[np.minimum(np.arange(count + 1), len(kalman.gains) - 1), :4]  # (T + 1, 4, 4)
     now = prediction.states[:, :4]  # tilt, wheel, tilt rate, wheel speed
     expected = now - np.einsum("tij,tj->ti", gains, prediction.errors)

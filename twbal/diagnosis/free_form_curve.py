@@ -11,7 +11,7 @@ from twbal.diagnosis.free_form_candidates import FreeFormCandidate, values_of
 from twbal.diagnosis.free_form_shape import shape_of
 from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
 from twbal.sysid.intervals import NORMAL95
-from twbal.sysid.kalman import Filter, LinearTwin
+from twbal.sysid.kalman import Filter, LinearPlanarModel
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.smooth_function import Smooth
 from twbal.sysid.smooth_regression import PriorFit, Projected, Weights, posterior_weights
@@ -128,7 +128,7 @@ def held_out_share(
     """Share of the mean square error of predictions over about 0.15 s on held-out data that goes with it.
 
     Of the tilt, or of the wheel angle where no tilt was measured; where the variable stays within the range of the data
-    that the function was fitted to. Predictions are those of a filter, carried on by the linear twin; both with the
+    that the function was fitted to. Predictions are those of a filter, carried on by the linear model; both with the
     noise of the set without the function.
 
     Args:
@@ -165,7 +165,7 @@ def _stays(inside: Mask, count: int) -> Mask:
     return np.asarray(outside == np.concatenate([np.full(min(count, len(outside)), 0), outside])[: len(outside)])
 
 
-def _ahead(errors: Array, linear: LinearTwin, kalman: Filter, steps: int) -> Array:
+def _ahead(errors: Array, linear: LinearPlanarModel, kalman: Filter, steps: int) -> Array:
     """Errors (T + 1 - steps, 4) of predictions so many control periods ahead, from those one period ahead (T + 1, 4).
 
     In the innovations form: e_n + Σ_j C F^j K e_{n-j}, over j = 1 .. steps - 1.

@@ -158,11 +158,11 @@ def fit_hypothesis(
 def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tuple[str, ...]:
     """Effects without which the commands would have influence."""
     commands = np.concatenate([recording.commands for recording in data.recordings])
-    left = equivalent_gain(model.twin, commands)
+    left = equivalent_gain(model.planar, commands)
     if left >= _LEAST_INFLUENCE:
         return ()
     without = {c.name: model.put(c.none) for c in candidates}
-    return tuple(name for name, other in without.items() if equivalent_gain(other.twin, commands) > left)
+    return tuple(name for name, other in without.items() if equivalent_gain(other.planar, commands) > left)
 
 
 def add_one(

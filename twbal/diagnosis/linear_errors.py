@@ -18,7 +18,7 @@ from twbal.diagnosis.free_form_candidates import (
     values_of,
 )
 from twbal.planar.constants import constants
-from twbal.sysid.kalman import Filter, LinearTwin, first_reading, respond_each
+from twbal.sysid.kalman import Filter, LinearPlanarModel, first_reading, respond_each
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise_fit import refilter
 from twbal.sysid.smooth_function import Smooth, smooth_over
@@ -38,7 +38,7 @@ class LinearErrors:
         model: about which errors are linear.
         frees: what is free in it.
         kalman: filter that made the errors.
-        linear: the linear twin of the model.
+        linear: the linear model of the model.
         errors: (T + 1, 4) of each recording.
         slopes: (T + 1, 4, P + 3) of each recording: derivatives by the free values, and by less a constant of each
             quantity (`_CONSTANTS`).
@@ -52,7 +52,7 @@ class LinearErrors:
     model: Model
     frees: tuple[Free, ...]
     kalman: Filter
-    linear: LinearTwin
+    linear: LinearPlanarModel
     errors: list[Array]
     slopes: list[Array]
     precision: Array
@@ -124,8 +124,8 @@ def linear_errors(
     columns = [_slopes_by(free, data, model, kalman, errors) for free in frees]
     precision = np.array([1.0 / free.sd**2 + _RIDGE / (free.high - free.low) ** 2 for free in frees])
     off = np.array([(free.mean - model.value(free.field)) / free.sd**2 for free in frees]) / precision
-    limit = float(model.twin.torque_limit)
-    sds = np.array([limit, limit / constants(model.twin, data.period).radius, 1.0]) * _CONSTANTS
+    limit = float(model.planar.torque_limit)
+    sds = np.array([limit, limit / constants(model.planar, data.period).radius, 1.0]) * _CONSTANTS
     found = LinearErrors(
         data, model, tuple(frees), kalman, data.linear(model), errors, [], np.append(precision, sds**-2.0),
         np.append(off, np.zeros(len(sds))), courses(data, model, kalman, predictions), weights,
@@ -188,7 +188,7 @@ def responses(at: LinearErrors, quantity: str, inputs: Array) -> Array:
         gains[0, :8] = first_reading()
         return np.stack([_misread(at, gains, each) for each in inputs.T], axis=2)
     push = np.ascontiguousarray(linear.B[:, int(quantity == OUTSIDE)])
-    scale = constants(at.model.twin, at.data.period).radius if quantity == OUTSIDE else 1.0
+    scale = constants(at.model.planar, at.data.period).radius if quantity == OUTSIDE else 1.0
     errors = scale * respond_each(linear.F, linear.C, kalman.gains, push, np.ascontiguousarray(inputs))
     errors[:, :, ~at.data.sensed] = 0.0
     return np.ascontiguousarray(np.moveaxis(errors, 0, 2))

@@ -16,7 +16,7 @@ from twbal.core.smoothing import smoothed
 from twbal.diagnosis.motor_difference_record import MotorDifference
 from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 
 _KERNEL, _TAPS = 0.3, 8.0  # s, and samples, of the bump through which all is seen, at least
 _LEAST = 0.02  # share that is worth a word
@@ -29,7 +29,7 @@ _DIFFERENCE = HeadingSample._fields.index("difference")
 
 
 def motor_difference(
-    episodes: Sequence[Episode], robot: RobotParameters, twin: TwinParameters, max_tilt: float
+    episodes: Sequence[Episode], robot: RobotParameters, planar: PlanarParameters, max_tilt: float
 ) -> MotorDifference | None:
     r"""The motors' difference e that the yaw rate shows; None where it shows none.
 
@@ -42,10 +42,10 @@ def motor_difference(
     Args:
         episodes: of one robot, at its control period.
         robot: its data sheet.
-        twin: the model, for what its driver makes of commands, and how late.
+        planar: the model, for what its driver makes of commands, and how late.
         max_tilt: beyond which the robot has fallen [rad].
     """
-    parts = [part for episode in episodes if (part := _seen(episode, robot, twin, max_tilt)) is not None]
+    parts = [part for episode in episodes if (part := _seen(episode, robot, planar, max_tilt)) is not None]
     rows = sum(len(turning) for turning, _ in parts)
     if rows * robot.control_period < _FEWEST:
         return None
@@ -61,7 +61,7 @@ def motor_difference(
 
 
 def _seen(
-    episode: Episode, robot: RobotParameters, twin: TwinParameters, max_tilt: float
+    episode: Episode, robot: RobotParameters, planar: PlanarParameters, max_tilt: float
 ) -> tuple[Array, Array] | None:
     """Yaw acceleration (n,), and what may make it (n, 6), torque first; None of an episode that tells nothing."""
     if any(of.channel in ("yaw_rate", "wheel_rate") for of in episode.estimated):
@@ -72,9 +72,9 @@ def _seen(
     length = max(_KERNEL, _TAPS * period)
     if end * period < 2.0 * length:
         return None
-    k = constants(twin, period)
+    k = constants(planar, period)
     late = 0.5 * period + k.delay + period * k.fade / max(k.lag, 1e-9)  # a lag is as late as its time constant
-    torque = np.array([driver_torque(twin, u, i * period) for i, u in enumerate(episode.commands)])
+    torque = np.array([driver_torque(planar, u, i * period) for i, u in enumerate(episode.commands)])
     steered = np.zeros(len(torque)) if episode.headings is None else episode.headings[:-1, _DIFFERENCE]
     acting = [smoothed(np.append(u, u[-1:])[:end], period, length, 0, late) for u in (torque, steered)]
     yaw, wheel = (smoothed(seen[:end, i], period, length) for i in (_YAW, _WHEEL_RATE))

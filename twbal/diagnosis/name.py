@@ -40,7 +40,7 @@ from twbal.diagnosis.verdict import (
     shifts_of,
     temperature_of,
 )
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel
@@ -78,12 +78,12 @@ def name_effects(
         ConfigError: an effect that is to be left out is none.
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
-    twin = twin_parameters(robot, effects)
+    planar = planar_parameters(robot, effects)
     largest = largest_noise(robot)
     data = Data(recordings, settings.substeps, largest, QUIETEST)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
-    start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
-    always = always_free(settings.tolerances, twin, len(recordings))
+    start = Model(planar, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
+    always = always_free(settings.tolerances, planar, len(recordings))
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     selection = _search(problem, progress)
     weights = probabilities(selection, settings)

@@ -37,7 +37,7 @@ from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air,
 from twbal.diagnosis.where import disagreement
 from twbal.effects.library import effects_from
 from twbal.planar.joint_damping import joint_damping_rate
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
 from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_not_used
@@ -89,7 +89,7 @@ def diagnose_episodes(
         DataError: the episodes cannot be used; the message says which, why, and what to try.
         ConfigError: an effect that is to be left out is none.
     """
-    damping = joint_damping_rate(twin_parameters(simulation.robot, simulation.effects))
+    damping = joint_damping_rate(planar_parameters(simulation.robot, simulation.effects))
     settings = settings.for_period(simulation.robot.control_period, damping)
     usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
     robot, present = simulation.robot, simulation.effects
@@ -185,7 +185,7 @@ def _motor_difference(
     """By how much one motor is the stronger one; None where nothing shows it, or the simulation knows already."""
     if found.comparison is None or UNEQUAL in simulation.effects:
         return None
-    return motor_difference(episodes, simulation.robot, found.comparison.chosen.fit.model.twin, data.max_tilt)
+    return motor_difference(episodes, simulation.robot, found.comparison.chosen.fit.model.planar, data.max_tilt)
 
 
 def free_form_inputs(
@@ -195,12 +195,12 @@ def free_form_inputs(
     tolerances = settings.tolerances.for_robot(simulation.robot)
     recordings: Sequence[Recording] = split.kept_back
     kept_back = replace(comparison.data, recordings=recordings)
-    twin = twin_parameters(simulation.robot, simulation.effects)
+    planar = planar_parameters(simulation.robot, simulation.effects)
     ends = comparison.chosen.fit.model.offsets
     return FreeFormInputs(
         comparison.data,
         comparison.chosen,
-        always_free(tolerances, twin, len(comparison.data.recordings)),
+        always_free(tolerances, planar, len(comparison.data.recordings)),
         kept_back,
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
         float(np.hypot(settings.lines.form, tolerances.data_sheet)),

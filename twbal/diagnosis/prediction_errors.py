@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
 from twbal.core.gaussian import Array, Mask
-from twbal.planar.parameters import TwinParameters
-from twbal.sysid.kalman import Filter, LinearTwin, linearise_period
+from twbal.planar.parameters import PlanarParameters
+from twbal.sysid.kalman import Filter, LinearPlanarModel, linearise_period
 from twbal.sysid.model import Data, Model
 from twbal.sysid.open_loop import OpenLoop, predict_open_loop
 
@@ -64,20 +64,20 @@ def prediction_errors(data: Data, model: Model, plan: PredictionWindows, rng: np
     (recording,) = data.recordings
     shape = (len(plan.starts), len(plan.horizons), 4)
     try:
-        kalman, linear = data.filter(model), linearise_period(model.twin, data.period)
+        kalman, linear = data.filter(model), linearise_period(model.planar, data.period)
         errors, states = data.predictions(model, kalman)[0]
         sensors = _bounded(model.noise.sensors, errors[recording.usable])
         sds = _spread(linear, kalman, sensors)
     except (np.linalg.LinAlgError, ValueError):  # a simulation without a filter: its numbers are beyond floats
         return PredictionErrors(np.full(shape, np.nan), np.full(shape[1:], np.nan), np.zeros(shape[:2], bool))
-    right = _predicted(data, model.twin_for(0), states, plan, np.zeros((shape[0], 8)))
+    right = _predicted(data, model.planar_for(0), states, plan, np.zeros((shape[0], 8)))
     seen = recording.measured[plan.starts[:, None] + plan.horizons]
     errors = seen - right.readings[:, plan.horizons - 1]
     errors[np.abs(errors) > _FARTHEST] = np.nan
     variance = np.zeros(shape[1:])
     for _ in range(_DRAWS):
         off = rng.standard_normal((shape[0], 8)) @ sds.T
-        moved = _predicted(data, model.twin_for(0), states, plan, off)
+        moved = _predicted(data, model.planar_for(0), states, plan, off)
         shift = (moved.readings - right.readings)[:, plan.horizons - 1]
         shift[np.abs(shift) > _FARTHEST] = np.nan
         variance += np.mean(shift**2, axis=0) / _DRAWS
@@ -85,9 +85,9 @@ def prediction_errors(data: Data, model: Model, plan: PredictionWindows, rng: np
     return PredictionErrors(errors, np.asarray(floor), right.fell[:, None] <= plan.horizons)
 
 
-def _predicted(data: Data, twin: TwinParameters, states: Array, plan: PredictionWindows, off: Array) -> OpenLoop:
+def _predicted(data: Data, planar: PlanarParameters, states: Array, plan: PredictionWindows, off: Array) -> OpenLoop:
     recording, steps = data.recordings[0], int(plan.horizons.max())
-    return predict_open_loop(twin, recording, data.substeps, states, plan.starts, off, steps, plan.limit)
+    return predict_open_loop(planar, recording, data.substeps, states, plan.starts, off, steps, plan.limit)
 
 
 def _bounded(sensors: Array, errors: Array) -> Array:
@@ -99,7 +99,7 @@ def _bounded(sensors: Array, errors: Array) -> Array:
     return np.where((rms > 0.0) & (rms < sensors), rms, sensors)
 
 
-def _spread(linear: LinearTwin, kalman: Filter, sensors: Array) -> Array:
+def _spread(linear: LinearPlanarModel, kalman: Filter, sensors: Array) -> Array:
     """A root (8, 8) of the covariance of what the settled filter's state is off by, where only sensors have noise.
 
     The filter reckons with torques that there are not; with its gain K and R of the sensors the error is that of

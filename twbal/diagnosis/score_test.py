@@ -13,7 +13,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.sysid.fit import Fit, descend, penalty, slopes_of
-from twbal.sysid.kalman import Filter, LinearTwin, respond_each
+from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.recording import Recording
@@ -156,17 +156,17 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     if not candidate.is_wave:
         return {}
     parameters = {p.name: p for p in candidate.parameters}
-    linear, twin, counter = data.linear(fit.model), fit.model.twin, candidate.counter
-    apart = 0.5 * twin.track / twin.wheel_radius
+    linear, planar, counter = data.linear(fit.model), fit.model.planar, candidate.counter
+    apart = 0.5 * planar.track / planar.wheel_radius
     ahead = [apart * recording.heading for recording in data.recordings]
-    of_weight = -1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
+    of_weight = -1.0 / ((planar.body_mass + 2.0 * planar.wheel_mass) * GRAVITY * planar.wheel_radius)
     if counter is None:  # once in a turn of the wheels
         angles = [states[:, 1] for states in _states(data, fit)]
         value, wave = _over_angle(data, fit, linear, _Waves(1, angles, ahead), np.ones(1))
         scale = of_weight
     elif counter.name == "frequency":
         value, wave = _over_time(data, fit, linear, counter.low, counter.high)
-        scale = 1.0 / twin.wheel_radius
+        scale = 1.0 / planar.wheel_radius
     elif counter.name == "count":
         angles = [states[:, 1] - states[:, 0] for states in _states(data, fit)]
         grid = np.arange(counter.low, counter.high + 1e-9, _COUNT_STEP)
@@ -185,7 +185,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     return {candidate.field(parameters[name]): number for name, number in fields.items()}
 
 
-def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float) -> tuple[float, complex]:
+def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high: float) -> tuple[float, complex]:
     """Frequency [Hz] and complex size of the outside torque Im(wave exp(2πi f t)) that explains most."""
     white = fit.white.reshape(-1, 4)
     sums, begin, count = np.zeros((_TONES // 2 + 1, 4), complex), 0, len(white)
@@ -230,13 +230,13 @@ class _Waves(NamedTuple):
     ahead: Sequence[Array]
 
 
-def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts: Array) -> tuple[float, complex]:
+def _over_angle(data: Data, fit: Fit, linear: LinearPlanarModel, waves: _Waves, counts: Array) -> tuple[float, complex]:
     """Count and complex size of the torque Im(wave exp(i count angle)) that explains most.
 
     Args:
         data: recordings.
         fit: the model so far.
-        linear: the linear twin.
+        linear: the linear model.
         waves: where it acts.
         counts: that are tried.
     """
@@ -288,7 +288,7 @@ def _over_periods(counts: Array, angles: Array, ahead: Array) -> Array:
     return found
 
 
-def _answers(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
+def _answers(linear: LinearPlanarModel, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
     """Whitened prediction errors that series of torques (T, m) leave, (m, 4 T)."""
     found = respond_each(linear.F, linear.C, kalman.gains, push, torques)
     return np.array([whiten(each, recording.usable, kalman.whiteners, kalman.measured).ravel() for each in found])

@@ -1,8 +1,8 @@
 """What holds wheels in the air back, from how far they turn under the recorded commands.
 
-From the start of each window the twin runs alone, and turns too far or not far enough. What makes up for that is drag,
-in one of a few forms, or motors that are stronger or weaker than the data sheet says, within its tolerance. Long
-windows forgive commands that were logged as samples of a faster loop, which one step at a time would drown in.
+From the start of each window the planar model runs alone, and turns too far or not far enough. What makes up for that
+is drag, in one of a few forms, or motors that are stronger or weaker than the data sheet says, within its tolerance.
+Long windows forgive commands that were logged as samples of a faster loop, which one step at a time would drown in.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -23,7 +23,7 @@ from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.wheel_turns import WINDOW, Turns, windows_of
-from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.sysid.intervals import interval
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING
@@ -99,25 +99,25 @@ def identify_friction(
     """
     data = Data(recordings, settings.substeps)
     turns = Turns(data, *windows_of(data))
-    twin = twin_parameters(robot, effects)
+    planar = planar_parameters(robot, effects)
     forms_tried = [c for name in FORMS for c in candidates if c.name == name and name not in settings.exclude]
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     tolerance = settings.tolerances.of(_GAIN)
     progress(f"wheels in the air: fitting {len(forms_tried)} forms of drag")
-    base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *forms_tried)]
-    stronger = _fit(turns, twin, None, np.inf)  # motors of any strength
+    base, *forms = [_fit(turns, planar, candidate, tolerance) for candidate in (None, *forms_tried)]
+    stronger = _fit(turns, planar, None, np.inf)  # motors of any strength
     least = min(form.misfit for form in (base, *forms))
     near = [form for form in forms if form.misfit - least < settings.lines.margin]
     chosen = near[0] if near else base
-    verdict = _verdict(turns, twin, base, chosen, settings)
+    verdict = _verdict(turns, planar, base, chosen, settings)
     best = chosen if verdict is Verdict.NAMED else base
     weights = _probabilities((base, *forms), settings)
     noise = first_noise(robot, data.sensed)._replace(discrepancy=np.zeros(LASTING))
-    start = Model(twin, 0.0, noise)
+    start = Model(planar, 0.0, noise)
 
     def seen(added: Effects) -> tuple[Model, FilterResult]:
         taken = {**effects, **added}
-        model = data.with_noise(start._replace(twin=twin_parameters(robot, taken)), _NOISE_ROUNDS)
+        model = data.with_noise(start._replace(planar=planar_parameters(robot, taken)), _NOISE_ROUNDS)
         return model, filter_result_of(data, model, taken)
 
     (nominal, first), (_, refitted), (named, last) = seen({}), seen(base.effects), seen(best.effects)
@@ -144,22 +144,22 @@ def identify_friction(
     )
 
 
-def _fit(turns: Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _FrictionFit:
+def _fit(turns: Turns, planar: PlanarParameters, candidate: Candidate | None, tolerance: float) -> _FrictionFit:
     """Fit one form of drag, or none, and the motors' strength within its tolerance.
 
     Both start from what the simulation has already; drag may double where that is more than robots usually have.
     """
     parameters = candidate.parameters if candidate else ()
     fields = [_GAIN, *(candidate.field(p) for p in parameters if candidate)]
-    gain, *already = [float(getattr(twin, field)) for field in fields]
+    gain, *already = [float(getattr(planar, field)) for field in fields]
     low = np.array([0.2 * gain, *(p.low for p in parameters)])
     high = np.array([5.0 * gain, *(max(p.high, 2.0 * value) for p, value in zip(parameters, already, strict=True))])
     x = np.array([gain, *(0.1 * p.start + value for p, value in zip(parameters, already, strict=True))])
-    sigma = max(float(np.sqrt(np.mean(turns.off_by(twin) ** 2))), turns.floor)
+    sigma = max(float(np.sqrt(np.mean(turns.off_by(planar) ** 2))), turns.floor)
     for _ in range(_ROUNDS):  # the motors' strength gives way only where the windows have become sure
 
         def misfit(x: Array, sigma: float = sigma) -> Array:
-            off = turns.off_by(twin._replace(**dict(zip(fields, x.tolist(), strict=True))))
+            off = turns.off_by(planar._replace(**dict(zip(fields, x.tolist(), strict=True))))
             return np.append(off / sigma, (x[0] / gain - 1.0) / tolerance)
 
         result = least_squares(misfit, x, bounds=(low, high), x_scale=high - low)
@@ -199,13 +199,13 @@ def _standard_error(J: Array) -> float:
 
 
 def _verdict(
-    turns: Turns, twin: TwinParameters, base: _FrictionFit, chosen: _FrictionFit, settings: Settings
+    turns: Turns, planar: PlanarParameters, base: _FrictionFit, chosen: _FrictionFit, settings: Settings
 ) -> Verdict:
     """What the fits come to."""
     lines = settings.lines
     shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
     if chosen.candidate and base.misfit - chosen.misfit > lines.score:
-        before = float(np.sqrt(np.mean(turns.off_by(twin) ** 2)))
+        before = float(np.sqrt(np.mean(turns.off_by(planar) ** 2)))
         return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.at_bound else Verdict.UNKNOWN
     if shift > lines.beyond:
         return Verdict.UNKNOWN

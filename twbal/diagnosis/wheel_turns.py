@@ -11,10 +11,10 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold, standing
+from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.planar.sensing import imu_settled
-from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.model import Data
 from twbal.sysid.recording import MEASURED
 
@@ -52,15 +52,15 @@ class Turns:
     windows: Sequence[Window]
     length: int
 
-    def off_by(self, twin: TwinParameters) -> Array:
-        """Measured less what a twin turns from each window's start on, (K,) [rad]."""
-        k = constants(twin, self.data.period / self.data.substeps)
+    def off_by(self, planar: PlanarParameters) -> Array:
+        """Measured less what a planar model turns from each window's start on, (K,) [rad]."""
+        k = constants(planar, self.data.period / self.data.substeps)
         off = []
         for window in self.windows:
             recording = self.data.recordings[window.recording]
             angle = recording.measured[:, _ANGLE]
             turned = turned_angle(
-                twin,
+                planar,
                 k,
                 recording.commands,
                 window.begin,
@@ -80,7 +80,7 @@ class Turns:
 
 @kernel()
 def turned_angle(
-    p: TwinParameters,
+    p: PlanarParameters,
     k: Constants,
     commands: Array,
     begin: int,
@@ -89,10 +89,10 @@ def turned_angle(
     angle: float,
     rate: float,
 ) -> float:
-    """Angle to which the twin's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
+    """Angle to which the planar model's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
     s = standing(k, 0.0, 0.0, rate * k.radius, angle)
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
-    s = TwinState(
+    s = PlanarState(
         s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position, torque
     )
     imu = imu_settled(k, s, 2 * substeps)

@@ -1,7 +1,8 @@
 """A robot that lies or hangs while its wheels turn in the air: what little that tells.
 
-Its data sheet is changed so that the body does not move and the wheels carry nothing, which twin and physics engine
-take as any other robot. What is left is I φ'' = torque of the motors less drag, and `drag` names its form.
+Its data sheet is changed so that the body does not move and the wheels carry nothing, which the planar model and the
+physics engine take as any other robot. What is left is I φ'' = torque of the motors less drag, and `drag` names its
+form.
 """
 
 from collections.abc import Sequence

@@ -1,1 +1,1 @@
-"""The analytic twin: a robot that only drives straight ahead, by its equations of motion."""
+"""The planar (analytical) model: a robot that only drives straight ahead, by its equations of motion."""

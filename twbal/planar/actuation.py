@@ -5,7 +5,7 @@ from math import floor
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.effects.slew_limit import Ramp, ramp
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.terms import drive
 
 _ramp = kernel(is_kept=False, is_inlined=True)(ramp)
@@ -40,11 +40,11 @@ def command_at(commands: Array, start: float, length: float) -> float:
 
 
 @kernel()
-def driver_torque(p: TwinParameters, command: float, time: float) -> float:
+def driver_torque(p: PlanarParameters, command: float, time: float) -> float:
     """What drivers, gears and motors make of a command [N·m].
 
     Args:
-        p: the twin.
+        p: the planar model.
         command: that arrives at the driver [N·m].
         time: since the rollout began [s].
     """
@@ -52,14 +52,14 @@ def driver_torque(p: TwinParameters, command: float, time: float) -> float:
 
 
 @kernel()
-def equivalent_gain(p: TwinParameters, commands: Array) -> float:
+def equivalent_gain(p: PlanarParameters, commands: Array) -> float:
     """Mean slope of the driver's torque over commands, by its gain: how far they still have influence, 0 to 1.
 
     Booton's equivalent gain of a static nonlinearity, N = E[f'(u)] (statistical linearisation, 1954): the share of the
     commands that lie outside the dead zone and below the saturation.
 
     Args:
-        p: the twin.
+        p: the planar model.
         commands: (T,) [N·m].
     """
     e = 1e-6 * p.torque_limit

@@ -1,4 +1,4 @@
-"""The constants of the twin's equations of motion, by its parameters."""
+"""The constants of the planar model's equations of motion, by its parameters."""
 
 from math import expm1
 from typing import NamedTuple
@@ -7,7 +7,7 @@ from twbal.core.compiled import kernel
 from twbal.core.quantities import Quantity
 from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.terms import quantities
 
 
@@ -75,8 +75,8 @@ class Constants(NamedTuple):
 
 
 @kernel()
-def constants(p: TwinParameters, step: float) -> Constants:
-    """The constants of a twin, integrated at a physics step [s]."""
+def constants(p: PlanarParameters, step: float) -> Constants:
+    """The constants of a planar model, integrated at a physics step [s]."""
     q = quantities(p)
     m, height, r = q[Quantity.BODY_MASS], q[Quantity.COM_HEIGHT], q[Quantity.WHEEL_RADIUS]
     mass = m + 2.0 * p.wheel_mass

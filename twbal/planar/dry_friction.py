@@ -14,7 +14,7 @@ def joint_bound(k: Constants, relative: float, apart: float) -> float:
     """Largest dry friction of both joints together [N·m].
 
     Args:
-        k: constants of the twin.
+        k: constants of the planar model.
         relative: mean rate of the wheels relative to the body [rad/s].
         apart: by which one wheel is faster than that and the other slower [rad/s].
     """

@@ -1,4 +1,4 @@
-"""The smooth forces on the twin: gravity, inertia, what is in the joints, and what pushes from outside."""
+"""The smooth forces on the planar model: gravity, inertia, what is in the joints, and what pushes from outside."""
 
 from math import cos
 from typing import NamedTuple
@@ -8,9 +8,9 @@ from twbal.core.robot_model import AxleMotion, JointMotion
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
+from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.terms import push, turn
-from twbal.planar.twin_state import Turning, TwinState
 
 
 class Forces(NamedTuple):
@@ -36,10 +36,10 @@ def slope_ahead(k: Constants, turning: Turning) -> float:
 
 
 @kernel(is_inlined=True)
-def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinState:
+def tipped(k: Constants, s: PlanarState, before: Turning, after: Turning) -> PlanarState:
     """The state in angles from the vertical, once the robot has turned on its slope."""
     by = slope_ahead(k, before) - slope_ahead(k, after)
-    return TwinState(
+    return PlanarState(
         s.tilt + by,
         s.wheel + by,
         s.tilt_rate,
@@ -54,7 +54,7 @@ def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinS
 
 
 @kernel(is_inlined=True)
-def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> float:
+def joint_torque(p: PlanarParameters, k: Constants, s: PlanarState, turning: Turning) -> float:
     """Torque in both joints beside the motors' and all that is dry [N·m]."""
     relative = s.wheel_speed - s.tilt_rate
     at = JointMotion(s.wheel - s.tilt, relative, 0.0, k.apart, turning.heading)
@@ -62,7 +62,7 @@ def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning
 
 
 @kernel(is_inlined=True)
-def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
+def forces(p: PlanarParameters, k: Constants, s: PlanarState, time: float, turning: Turning) -> Forces:
     """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside."""
     alpha = s.tilt + k.offset
     (sine, cosine), spin = sine_and_cosine(alpha), turning.rate * turning.rate

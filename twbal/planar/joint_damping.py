@@ -3,10 +3,10 @@
 from math import cos
 
 from twbal.planar.constants import constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 
 
-def joint_damping_rate(p: TwinParameters) -> float:
+def joint_damping_rate(p: PlanarParameters) -> float:
     """The rate at which viscous friction in the joints lets wheels and upright body come to turn alike [1/s].
 
     An explicit integration is stable with steps of less than 2 over this rate, and exact to 10 % with 0.2 over it. It

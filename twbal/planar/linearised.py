@@ -9,10 +9,10 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.constants import Constants, constants
 from twbal.planar.equations import coefficients
-from twbal.planar.parameters import TwinParameters, linear_part
+from twbal.planar.parameters import PlanarParameters, linear_part
 from twbal.planar.planar_plant import hold
+from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.planar.sensing import imu_settled, read_sensors
-from twbal.planar.twin_state import STRAIGHT, TwinState
 
 _DRIVER = ("torque_gain_gain", "actuation_delay_delay")
 _STEPS = 5  # physics steps of a control period in a linear model
@@ -68,7 +68,7 @@ class DelayedModel(NamedTuple):
     true_balance: float
 
 
-def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> DelayedModel:
+def sampled_with_delay(model: PlanarParameters, period: float, ages: int) -> DelayedModel:
     """The planar model about its balance, over one control period, without what is not linear about it.
 
     By differences of the model itself, with its torque gain and its delay of commands, but without a motor lag. A delay
@@ -90,7 +90,7 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
         tilt, rate, speed = x.tolist()
         tilt -= k.offset
         turning = speed / k.radius
-        state = TwinState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0, 0.0)
+        state = PlanarState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0, 0.0)
         imu = imu_settled(k, state, 2 * _STEPS)
         s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
         return np.array([s.tilt + k.offset, s.tilt_rate, k.radius * s.wheel_speed])
@@ -99,12 +99,12 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
     rest = after(np.zeros(3), none)
     A = np.array([(after(e * direction, none) - rest) / e for direction in np.eye(3)]).T
     B = np.array([(after(np.zeros(3), e * direction) - rest) / e for direction in np.eye(ages + 1)[::-1]])
-    standing = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
+    standing = PlanarState(-k.offset, *(0.0,) * (len(PlanarState._fields) - 1))
     shown = read_sensors(model, k, standing, imu_settled(k, standing, 2), 0, 0.0)
     return DelayedModel(A, B, float(shown.tilt), -float(k.offset))
 
 
-def torque_response(model: TwinParameters, period: float) -> Array:
+def torque_response(model: PlanarParameters, period: float) -> Array:
     """(2, 2), what torques [N·m] do within a control period to the rates of body and wheels about the balance [rad/s].
 
     The columns are a torque in the joints, between wheels and body, and one on the wheels from outside. By
@@ -116,7 +116,7 @@ def torque_response(model: TwinParameters, period: float) -> Array:
     """
     smooth = linear_part(model)
     k: Constants = constants(smooth, period / _STEPS)
-    state = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
+    state = PlanarState(-k.offset, *(0.0,) * (len(PlanarState._fields) - 1))
     e = 1e-5
 
     def after(torque: float, outside: float) -> Array:

@@ -1,4 +1,4 @@
-r"""One physics step of the twin.
+r"""One physics step of the planar model.
 
 The equations of `dynamics` with what effects add. On ground that rises by σ ahead, turning at the yaw rate ψ̇ (a known
 input), with the torque τ between wheels and body, the force F and the torque τ_g on the wheels from outside,
@@ -26,14 +26,16 @@ have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half
 from twbal.core.compiled import kernel, rarely
 from twbal.core.robot_model import UNBOUNDED
 from twbal.planar.constants import Constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
+from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.rolling import roll
 from twbal.planar.slipping import slide
-from twbal.planar.twin_state import Turning, TwinState
 
 
 @kernel(is_inlined=True)
-def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
+def step(
+    p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning
+) -> PlanarState:
     """One physics step, as of `roll` or `slide`."""
     if rarely(k.grip < UNBOUNDED):
         return slide(p, k, s, torque, time, turning)

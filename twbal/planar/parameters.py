@@ -37,7 +37,7 @@ class Own(NamedTuple):
     end: int
 
 
-class TwinParameters(tuple[float, ...]):
+class PlanarParameters(tuple[float, ...]):
     """The data sheet, and `<effect>_<parameter>` of every effect of the library; angles in rad, all in SI units.
 
     A named tuple: kernels are compiled for its class, of which there is one for each library, so that they have just
@@ -57,10 +57,10 @@ class TwinParameters(tuple[float, ...]):
 
         def __getattr__(self, name: str) -> float: ...
 
-        def _replace(self, **values: float) -> "TwinParameters": ...
+        def _replace(self, **values: float) -> "PlanarParameters": ...
 
 
-def twin_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, float]]) -> TwinParameters:
+def planar_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, float]]) -> PlanarParameters:
     """The planar model of a robot with effects.
 
     Args:
@@ -76,7 +76,7 @@ def twin_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, f
     return changed(cast(Any, parameters_class())(*sheet), effects)
 
 
-def changed(twin: TwinParameters, effects: Mapping[str, Mapping[str, float]]) -> TwinParameters:
+def changed(planar: PlanarParameters, effects: Mapping[str, Mapping[str, float]]) -> PlanarParameters:
     """The model with other values of some effects' parameters.
 
     Raises:
@@ -87,18 +87,18 @@ def changed(twin: TwinParameters, effects: Mapping[str, Mapping[str, float]]) ->
         if effect == NOISE or is_diagnosed_separately(effect):
             continue
         for name, value in parameters.items():
-            if field_of(effect, name) not in twin._field_defaults:
-                known = ", ".join(twin._field_defaults)
+            if field_of(effect, name) not in planar._field_defaults:
+                known = ", ".join(planar._field_defaults)
                 raise ConfigError(
                     f"The planar model has no parameter {name!r} of an effect {effect!r}; it has: {known}."
                 )
             values[field_of(effect, name)] = float(value)
-    return twin._replace(**values)
+    return planar._replace(**values)
 
 
-def linear_part(twin: TwinParameters) -> TwinParameters:
+def linear_part(planar: PlanarParameters) -> PlanarParameters:
     """The model without the effects that are no part of a linear model about the balance."""
-    return twin._replace(**twin.not_linear)
+    return planar._replace(**planar.not_linear)
 
 
 def field_of(effect: str, parameter: str) -> str:
@@ -106,13 +106,13 @@ def field_of(effect: str, parameter: str) -> str:
     return f"{effect}_{parameter}"
 
 
-def parameters_class() -> type[TwinParameters]:
+def parameters_class() -> type[PlanarParameters]:
     """The class of the numbers that goes with the library as it is now."""
     return _class_of(tuple(library().items()), outside_digest())
 
 
 @made_once
-def _class_of(effects: tuple[tuple[str, type[Effect]], ...], digest: str) -> type[TwinParameters]:
+def _class_of(effects: tuple[tuple[str, type[Effect]], ...], digest: str) -> type[PlanarParameters]:
     defaults = {
         field_of(name, key): known.neutral for name, kind in effects for key, known in parameters_of(kind).items()
     }
@@ -127,9 +127,9 @@ def _class_of(effects: tuple[tuple[str, type[Effect]], ...], digest: str) -> typ
     base = namedtuple(name, fields, defaults=tuple(defaults.values()))  # type: ignore[misc]
     not_linear = {field: defaults[field] for o in own if not o.kind.is_linear for field in fields[o.first : o.end]}
     said = {"__slots__": (), "__module__": __name__, "effects": tuple(own), "not_linear": not_linear}
-    made = type(name, (base, TwinParameters), said)
+    made = type(name, (base, PlanarParameters), said)
     setattr(sys.modules[__name__], name, made)
-    return cast(type[TwinParameters], made)
+    return cast(type[PlanarParameters], made)
 
 
 def __getattr__(name: str) -> Any:

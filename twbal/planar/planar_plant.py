@@ -1,4 +1,4 @@
-"""The analytic twin behind the seam."""
+"""The planar (analytical) model behind the seam."""
 
 from collections.abc import Sequence
 from dataclasses import astuple
@@ -23,27 +23,27 @@ from twbal.planar.actuation import command_at, slew_limited
 from twbal.planar.constants import Constants, constants
 from twbal.planar.forces import tipped
 from twbal.planar.motion import step
-from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.parameters import PlanarParameters, planar_parameters
+from twbal.planar.planar_state import STRAIGHT, PlanarState, Turning
 from twbal.planar.sensing import imu_settled, read_sensors, see
 from twbal.planar.terms import drive
-from twbal.planar.twin_state import STRAIGHT, Turning, TwinState
 
 
 @kernel(is_inlined=True)
 def hold(
-    p: TwinParameters,
+    p: PlanarParameters,
     k: Constants,
-    s: TwinState,
+    s: PlanarState,
     commands: Array,
     past: int,
     substeps: int,
     turning: Turning,
     imu: Array,
-) -> TwinState:
-    """One control period of the twin; it writes what the IMU sees into the ring `imu`.
+) -> PlanarState:
+    """One control period of the planar model; it writes what the IMU sees into the ring `imu`.
 
     Args:
-        p: the twin.
+        p: the planar model.
         k: its constants.
         s: state at the period's start.
         commands: (T,) of the rollout [N·m]; that of this period is the one at index `past`.
@@ -71,7 +71,7 @@ def hold(
         reached += k.lag * (asked - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
         see(p, k, before, s, imu, row, kept, (number + 1) * k.step)
-    return TwinState(
+    return PlanarState(
         s.tilt,
         s.wheel,
         s.tilt_rate,
@@ -86,11 +86,11 @@ def hold(
 
 
 @kernel()
-def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_angle: float) -> TwinState:
+def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_angle: float) -> PlanarState:
     """The state at a rollout's start: motors without torque, rotors in the middle of the backlash.
 
     Args:
-        k: constants of the twin.
+        k: constants of the planar model.
         tilt: [rad].
         tilt_rate: [rad/s].
         speed: of the axle [m/s].
@@ -98,7 +98,7 @@ def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_an
     """
     wheel = wheel_angle + tilt
     turning = speed / k.radius
-    return TwinState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0)
 
 
 class Seen(NamedTuple):
@@ -109,13 +109,13 @@ class Seen(NamedTuple):
         reading: of its sensors, without noise.
     """
 
-    state: TwinState
+    state: PlanarState
     reading: Reading
 
 
 @kernel(is_inlined=True)
 def drive_on(
-    p: TwinParameters, k: Constants, s: TwinState, commands: Array, past: int, substeps: int, imu: Array
+    p: PlanarParameters, k: Constants, s: PlanarState, commands: Array, past: int, substeps: int, imu: Array
 ) -> Seen:
     """One control period straight ahead, and what sensors show at its end; arguments as of `hold`."""
     s = hold(p, k, s, commands, past, substeps, STRAIGHT, imu)
@@ -136,7 +136,7 @@ class PlanarPlant(Plant):
         seed: of all randomness.
 
     Raises:
-        ConfigError: the physics step does not divide the control period, or the twin has no such effect.
+        ConfigError: the physics step does not divide the control period, or the planar model has no such effect.
     """
 
     def __init__(
@@ -149,13 +149,13 @@ class PlanarPlant(Plant):
         seed: int,
     ) -> None:
         self.control_period, self.command_limit = robot.control_period, robot.torque_limit
-        self._twin = twin_parameters(robot, values_of(effects))
+        self._planar_model = planar_parameters(robot, values_of(effects))
         self._substeps = substeps(robot.control_period, physics_step)
-        self._constants: Constants = constants(self._twin, physics_step)
+        self._constants: Constants = constants(self._planar_model, physics_step)
         noises = [astuple(effect) for effect in effects if isinstance(effect, SensorNoise)]
         self._noise = np.array(noises[0] if noises else [0.0] * 6)
         if self._constants.gap > 0 and self._constants.grip < UNBOUNDED:
-            raise ConfigError("The planar twin has no backlash on wheels that slip; leave one of the two effects out.")
+            raise ConfigError("The planar model has no backlash on wheels that slip; leave one of the two effects out.")
         self._start = start
         self._seed = seed
         self._reset_memory()
@@ -163,7 +163,7 @@ class PlanarPlant(Plant):
     def _reset_memory(self) -> None:
         ring = self._substeps * (2 + int(self._constants.imu_delay / self.control_period))
         self._commands: list[float] = []
-        self._state: TwinState = standing(self._constants, 0.0, 0.0, 0.0, 0.0)
+        self._state: PlanarState = standing(self._constants, 0.0, 0.0, 0.0, 0.0)
         self._imu = imu_settled(self._constants, self._state, ring)
         self._speed = 0.0
 
@@ -175,16 +175,16 @@ class PlanarPlant(Plant):
         self._state = standing(self._constants, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
         self._imu = imu_settled(self._constants, self._state, len(self._imu))
         self._speed = stance.speed
-        return self._observe(read_sensors(self._twin, self._constants, self._state, self._imu, 0, 0.0))
+        return self._observe(read_sensors(self._planar_model, self._constants, self._state, self._imu, 0, 0.0))
 
     def step(self, command: float) -> Observation:
         """Hold the command, cut to the torque limit, for one control period."""
-        limit = self._twin.torque_limit
+        limit = self._planar_model.torque_limit
         self._commands.append(min(max(float(command), -limit), limit))
         past = len(self._commands) - 1
         commands = np.array(self._commands)
         self._state, reading = drive_on(
-            self._twin, self._constants, self._state, commands, past, self._substeps, self._imu
+            self._planar_model, self._constants, self._state, commands, past, self._substeps, self._imu
         )
         return self._observe(reading)
 

@@ -11,7 +11,7 @@ from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
-from twbal.planar.parameters import TwinParameters, field_of, twin_parameters
+from twbal.planar.parameters import PlanarParameters, field_of, planar_parameters
 
 _LEANING = 0.0087  # rad; half a degree, by which floors lean here and there
 _FILTER_RATE = 0.3  # 1/s; time constants of complementary filters are some seconds
@@ -42,7 +42,7 @@ class Known(NamedTuple):
     """What is known of one number of the planar model before any data.
 
     Attributes:
-        field: of `TwinParameters`.
+        field: of `PlanarParameters`.
         mean: of a normal distribution.
         sd: its standard deviation.
         low: least value.
@@ -62,7 +62,7 @@ class RobotDistribution:
 
     Attributes:
         robot: its sheet.
-        fields: of `TwinParameters`, P names.
+        fields: of `PlanarParameters`, P names.
         mean: (P,).
         covariance: (P, P).
         low: (P,).
@@ -104,12 +104,12 @@ class RobotDistribution:
         """Commands [N·m] as the robot takes them: cut at its torque limit."""
         return np.clip(commands, -self.robot.torque_limit, self.robot.torque_limit)
 
-    def models(self, count: int, rng: np.random.Generator, doubt: float = 1.0) -> list[TwinParameters]:
+    def models(self, count: int, rng: np.random.Generator, doubt: float = 1.0) -> list[PlanarParameters]:
         """The mean, and `count` - 1 draws, their distances from it times `doubt`."""
         root = np.linalg.cholesky(self.covariance + 1e-15 * np.eye(len(self.mean)))
         drawn = self.mean + doubt * rng.standard_normal((count, len(self.mean))) @ root.T
         drawn[0] = self.mean
-        nominal = twin_parameters(self.robot, {})
+        nominal = planar_parameters(self.robot, {})
         cut = np.clip(drawn, self.low, self.high)
         return [nominal._replace(**dict(zip(self.fields, row, strict=True))) for row in cut.tolist()]
 

@@ -1,19 +1,21 @@
-"""One physics step of the twin whose wheels roll; the equations are those of `twbal.planar.motion`."""
+"""One physics step of the planar model whose wheels roll; the equations are those of `twbal.planar.motion`."""
 
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
 from twbal.planar.forces import forces
-from twbal.planar.parameters import TwinParameters
-from twbal.planar.twin_state import Turning, TwinState
+from twbal.planar.parameters import PlanarParameters
+from twbal.planar.planar_state import PlanarState, Turning
 
 
 @kernel(is_inlined=True)
-def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
+def roll(
+    p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning
+) -> PlanarState:
     """One step of a robot whose wheels roll.
 
     Args:
-        p: the twin.
+        p: the planar model.
         k: its constants.
         s: state at the step's start.
         torque: of the motors in this step, both together [N·m].
@@ -67,7 +69,7 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
             if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
                 break
     wheel = s.wheel + h * wheel_speed
-    return TwinState(
+    return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
         tilt_rate,

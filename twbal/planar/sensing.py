@@ -1,4 +1,4 @@
-"""What the sensors make of the twin's motion."""
+"""What the sensors make of the planar model's motion."""
 
 from math import atan, floor
 
@@ -9,27 +9,27 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import Constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
+from twbal.planar.planar_state import PlanarState
 from twbal.planar.terms import sense
-from twbal.planar.twin_state import TwinState
 
 _PER_GRAVITY = 1.0 / GRAVITY  # [s²/m]
 
 
 @kernel(is_inlined=True)
-def _misleading(k: Constants, s: TwinState) -> float:
+def _misleading(k: Constants, s: PlanarState) -> float:
     """What a filter of the tilt makes an error of as it changes, and forgets at its rate; see `TiltFilter` [rad]."""
     return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * (k.filter_rate * _PER_GRAVITY)
 
 
 @kernel(is_inlined=True)
-def filtered_tilt(k: Constants, s: TwinState, forgotten: float) -> float:
+def filtered_tilt(k: Constants, s: PlanarState, forgotten: float) -> float:
     """Tilt that a filter shows, which has forgotten so much of what misleads it [rad]."""
     return s.tilt + _misleading(k, s) - forgotten
 
 
 @kernel()
-def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
+def imu_settled(k: Constants, s: PlanarState, rows: int) -> Array:
     """The IMU's past (rows, 3) where it has always seen the state `s`.
 
     Its columns are the tilt behind the filter that it has, the tilt rate, and what that filter has forgotten of
@@ -42,12 +42,19 @@ def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
 
 @kernel(is_inlined=True)
 def see(
-    p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: Array, row: int, kept: float, time: float
+    p: PlanarParameters,
+    k: Constants,
+    before: PlanarState,
+    s: PlanarState,
+    imu: Array,
+    row: int,
+    kept: float,
+    time: float,
 ) -> None:
     """Write to the ring what the IMU sees of a state.
 
     Args:
-        p: the twin.
+        p: the planar model.
         k: its constants.
         before: state a physics step before.
         s: state now.
@@ -70,13 +77,13 @@ def see(
 
 
 @kernel(is_inlined=True)
-def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, steps: int, lead: float) -> Reading:
+def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, steps: int, lead: float) -> Reading:
     """Read the sensors.
 
     Between physics steps what the IMU sees is interpolated; before the rollout it saw what it sees at its start.
 
     Args:
-        p: the twin.
+        p: the planar model.
         k: its constants.
         s: state now.
         imu: (N, 3), a ring: row i % N holds what the IMU sees after i physics steps, `steps` being now; see
@@ -97,7 +104,7 @@ def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, step
 
 
 @kernel()
-def sensor_slopes(p: TwinParameters) -> Array:
+def sensor_slopes(p: PlanarParameters) -> Array:
     """Derivative of what sensors show by what there is, (4, 4), by differences from 0."""
     zero = sense(p, Reading(0.0, 0.0, 0.0, 0.0), 0.0)
     slopes, eye = np.empty((4, 4)), np.eye(4)

@@ -1,4 +1,4 @@
-"""One physics step of the twin whose tyres may slip; the equations are those of `twbal.planar.motion`."""
+"""One physics step of the planar model whose tyres may slip; the equations are those of `twbal.planar.motion`."""
 
 from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
@@ -6,12 +6,14 @@ from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
 from twbal.planar.forces import forces, joint_torque, slope_ahead
-from twbal.planar.parameters import TwinParameters
-from twbal.planar.twin_state import Turning, TwinState
+from twbal.planar.parameters import PlanarParameters
+from twbal.planar.planar_state import PlanarState, Turning
 
 
 @kernel(is_inlined=True)
-def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
+def slide(
+    p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning
+) -> PlanarState:
     r"""One step of a robot whose tyres may slip; backlash is left out.
 
     Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
@@ -65,4 +67,4 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
     position = s.position + h * speed
-    return TwinState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, position, s.asked)
+    return PlanarState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, position, s.asked)

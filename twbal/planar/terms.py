@@ -1,7 +1,7 @@
 """What effects do in the planar model, put together from the library; all of this is called by kernels alone.
 
 Terms act in the order of their places. Each is given what came out of the one before it and gives on what it makes of
-it. The body of each function here depends on the class of the numbers `p`, and so on the library (`TwinParameters`).
+it. The body of each function here depends on the class of the numbers `p`, and so on the library (`PlanarParameters`).
 """
 
 from collections.abc import Callable, Iterable
@@ -16,7 +16,7 @@ from twbal.core.quantities import changed as _changed
 from twbal.core.robot_model import AxleMotion, DriveTrain, Ground, JointMotion, Reading
 from twbal.effects.effect import AxleTerm, JointTerm, SensorTerm, TorqueTerm
 from twbal.effects.parameter import parameters_of
-from twbal.planar.parameters import SHEET, Own, TwinParameters
+from twbal.planar.parameters import SHEET, Own, PlanarParameters
 
 Term = Callable[[Any, Any, Any], Any]
 """Method of an effect: of its parameters, what comes in, and where or when it acts."""
@@ -46,7 +46,7 @@ def _after(before: Term, term: Term, own: Own) -> Term:
     return kernel(is_kept=False, is_inlined=True)(lambda p, x, at: term(values(*p[first:end]), before(p, x, at), at))
 
 
-def _ordered(parameters: type[TwinParameters]) -> list[Own]:
+def _ordered(parameters: type[PlanarParameters]) -> list[Own]:
     """The effects in the order in which they act."""
     return sorted(parameters.effects, key=lambda own: (own.kind.place, own.kind.is_last))
 
@@ -71,7 +71,7 @@ def _changing(numbers: Any) -> Callable[[Any], Any]:
         for quantity, change in parameter.changes
     )
 
-    def quantities(p: TwinParameters) -> Array:
+    def quantities(p: PlanarParameters) -> Array:
         found = np.empty(len(starts))
         for i, (field, otherwise) in enumerate(starts):
             found[i] = p[field] if field >= 0 else otherwise
@@ -91,36 +91,36 @@ def _start(quantity: Quantity) -> tuple[int, float]:
 
 
 @specialised(_through(TorqueTerm, "drive"))
-def drive(p: TwinParameters, value: float, at: float) -> float:
+def drive(p: PlanarParameters, value: float, at: float) -> float:
     """What drivers, gears and motors make of a summed torque [N·m] at a time since the rollout began [s]."""
     raise NotImplementedError
 
 
 @specialised(_through(JointTerm, "turn"))
-def turn(p: TwinParameters, value: float, at: JointMotion) -> float:
+def turn(p: PlanarParameters, value: float, at: JointMotion) -> float:
     """The summed torque in the joints [N·m] with what effects add to it."""
     raise NotImplementedError
 
 
 @specialised(_through(AxleTerm, "push"))
-def push(p: TwinParameters, value: float, at: AxleMotion) -> float:
+def push(p: PlanarParameters, value: float, at: AxleMotion) -> float:
     """The force at the axle [N] with what effects add to it."""
     raise NotImplementedError
 
 
 @specialised(_through(SensorTerm, "sense", Reading))
-def sense(p: TwinParameters, value: Reading, at: float) -> Reading:
+def sense(p: PlanarParameters, value: Reading, at: float) -> Reading:
     """What sensors show of the truth at a time since the rollout began [s]."""
     raise NotImplementedError
 
 
 @specialised(_through(SensorTerm, "correct", Reading, is_backward=True))
-def correct(p: TwinParameters, value: Reading, at: float) -> Reading:
+def correct(p: PlanarParameters, value: Reading, at: float) -> Reading:
     """The truth, by what sensors show."""
     raise NotImplementedError
 
 
 @specialised(_changing)
-def quantities(p: TwinParameters) -> Array:
+def quantities(p: PlanarParameters) -> Array:
     """The quantities of the robot (`Quantity`), with its effects."""
     raise NotImplementedError

@@ -11,7 +11,7 @@ import numpy as np
 
 from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.linearised import sampled_with_delay, torque_response
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.search.planar_rollouts import PlanarDraws
 
@@ -38,7 +38,7 @@ class Margin:
 
     def models(
         self, known: RobotDistribution, count: int, rng: np.random.Generator, doubt: float
-    ) -> list[TwinParameters]:
+    ) -> list[PlanarParameters]:
         """`count` changed robots; `doubt` is as of `RobotDistribution.models`."""
         sheet = prior_of(known.robot)
         variances = dict(zip(sheet.fields, np.diag(sheet.covariance), strict=True))
@@ -52,7 +52,7 @@ class Margin:
         ]
 
     def draws(
-        self, drawn: PlanarDraws, models: Sequence[TwinParameters], robot: RobotParameters, ages: int
+        self, drawn: PlanarDraws, models: Sequence[PlanarParameters], robot: RobotParameters, ages: int
     ) -> PlanarDraws:
         """The draws of rollouts with more noise, and pushes at the start.
 

@@ -18,11 +18,11 @@ from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
 from twbal.models.moments.multi_index import Integers
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import drive_on, standing
+from twbal.planar.planar_state import PlanarState
 from twbal.planar.sensing import imu_settled
 from twbal.planar.terms import sense
-from twbal.planar.twin_state import TwinState
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
 from twbal.search.sampled_rollouts import Limits, command_of
@@ -86,7 +86,7 @@ class PlanarDraws(NamedTuple):
 
 
 def planar_rollouts(
-    models: Sequence[TwinParameters],
+    models: Sequence[PlanarParameters],
     channels: Channels,
     policy: RbfPolicy,
     cost: Cost,
@@ -131,10 +131,10 @@ def planar_rollouts(
 
 
 @kernel()
-def jolted(s: TwinState, by: Array) -> TwinState:
+def jolted(s: PlanarState, by: Array) -> PlanarState:
     """The state after torques have changed the rates of body and wheels."""
     rate, wheel, rotor = s.tilt_rate + by[0], s.wheel_speed + by[1], s.rotor_speed + by[1]
-    return TwinState(s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position, s.asked)
+    return PlanarState(s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position, s.asked)
 
 
 @kernel()
@@ -150,7 +150,7 @@ def fill(state: Array, codes: Integers, shown: tuple[float, ...], commands: Arra
 
 @kernel()
 def _rollouts(  # type: ignore[no-untyped-def]
-    like: TwinParameters,
+    like: PlanarParameters,
     models: Array,
     step: float,
     substeps: int,
@@ -195,7 +195,7 @@ def _rollouts(  # type: ignore[no-untyped-def]
 
 @kernel(is_kept=False)
 def _rollout(  # type: ignore[no-untyped-def]
-    p: TwinParameters,
+    p: PlanarParameters,
     k: Constants,
     substeps: int,
     codes: Integers,

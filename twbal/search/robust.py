@@ -22,7 +22,7 @@ from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.core.threads import in_threads
 from twbal.planar.linearised import sampled_with_delay, torque_response
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.squash import NARROWEST, WIDEST
@@ -166,7 +166,7 @@ class SampledRobots:
         return self._driven(self._changed_models, self._changed_draws, policy, robots)
 
     def _driven(
-        self, models: Sequence[TwinParameters], draws: PlanarDraws, policy: RbfPolicy, robots: int | None
+        self, models: Sequence[PlanarParameters], draws: PlanarDraws, policy: RbfPolicy, robots: int | None
     ) -> Driven:
         period = self.distribution.robot.control_period
         return planar_rollouts(
@@ -251,7 +251,7 @@ class SampledRobots:
         return limits._replace(command_change=limits.command_change / _MORE_RESTLESS)
 
     @cached_property
-    def _models(self) -> Sequence[TwinParameters]:
+    def _models(self) -> Sequence[PlanarParameters]:
         rng = generator(Stream.SAMPLED_ROBOTS, self.seed)
         return self.distribution.models(self.settings.robots, rng, self.settings.doubt)
 
@@ -260,7 +260,7 @@ class SampledRobots:
         return self._drawn(self.rule.steps)
 
     @cached_property
-    def _changed_models(self) -> Sequence[TwinParameters]:
+    def _changed_models(self) -> Sequence[PlanarParameters]:
         rng, settings = generator(Stream.SAMPLED_ROBOTS, self.seed, _CHANGED), self.settings
         return settings.margin.models(self.distribution, settings.robots, rng, settings.doubt)
 

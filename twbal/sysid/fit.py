@@ -177,7 +177,7 @@ def _log_determinants(data: Data, kalman: Filter) -> float:
 def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filter]:
     """The model of a fit with other noise, and the filter of it, under which its recordings are likelier.
 
-    The noise is fitted with the linear twin. Where the true one slips or knocks, that foretells gains that are none:
+    The noise is fitted with the linear model. Where the true one slips or knocks, that foretells gains that are none:
     then the levels go only a part of the way, or stay.
 
     Args:

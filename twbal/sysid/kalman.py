@@ -1,9 +1,9 @@
-r"""The twin about its balance, and its Kalman filter.
+r"""The planar model about its balance, and its Kalman filter.
 
-About the balance the twin is x' = F x + w, y = C x + v with x = (θ, φ, θ̇, φ̇), followed by (θ, θ̇) of one control period
-before and of two, from which a late IMU reads. v has the sensors' standard deviations; w is what white torques, one
-between wheels and body and one on the wheels from outside, do within a control period. Gains are those of the Kalman
-filter from the first instant on, where the state is what the first measurement tells. A model discrepancy
+About the balance the planar model is x' = F x + w, y = C x + v with x = (θ, φ, θ̇, φ̇), followed by (θ, θ̇) of one control
+period before and of two, from which a late IMU reads. v has the sensors' standard deviations; w is what white torques,
+one between wheels and body and one on the wheels from outside, do within a control period. Gains are those of the
+Kalman filter from the first instant on, where the state is what the first measurement tells. A model discrepancy
 (`NoiseModel`) joins the state.
 """
 
@@ -14,10 +14,10 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters, linear_part
+from twbal.planar.parameters import PlanarParameters, linear_part
 from twbal.planar.planar_plant import hold
+from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.planar.sensing import imu_settled, sensor_slopes
-from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, UNSENSED, NoiseModel
 
 _INSTANTS = 50  # after which gains have settled
@@ -26,8 +26,8 @@ _IN_READINGS = ((10, 0), (11, 1), (12, 2), (13, 1))  # states of the discrepancy
 _STEPS = 5  # physics steps of a control period in the linear model
 
 
-class LinearTwin(NamedTuple):
-    """The twin about its balance, over one control period; S is 8, or 14 with a model discrepancy.
+class LinearPlanarModel(NamedTuple):
+    """The planar model about its balance, over one control period; S is 8, or 14 with a model discrepancy.
 
     Attributes:
         F: (S, S).
@@ -45,7 +45,7 @@ class LinearTwin(NamedTuple):
     period: float = 0.0
     summed: float = 0.0
 
-    def with_discrepancy(self, period: float, steps: float, filter_rate: float) -> "LinearTwin":
+    def with_discrepancy(self, period: float, steps: float, filter_rate: float) -> "LinearPlanarModel":
         """The same, with a model discrepancy in the state.
 
         Args:
@@ -66,7 +66,7 @@ class LinearTwin(NamedTuple):
         for state, channel in _IN_READINGS:
             C[channel, state] = 1.0
         B[:8] = self.B
-        return LinearTwin(F, C, B, decay, period, summed)
+        return LinearPlanarModel(F, C, B, decay, period, summed)
 
     @property
     def pushes(self) -> Array:
@@ -97,8 +97,8 @@ class Filter(NamedTuple):
         log_determinants: (G,), of S.
         measured: channels that a sensor measured: the dimension of the prediction errors.
         covariance: (4, 4) of what the corrected tilt, wheel angle, tilt rate and wheel speed are off by, once settled.
-        pushes: as of `LinearTwin`.
-        decay, summed: as of `LinearTwin`.
+        pushes: as of `LinearPlanarModel`.
+        decay, summed: as of `LinearPlanarModel`.
     """
 
     gains: Array
@@ -111,16 +111,16 @@ class Filter(NamedTuple):
     summed: float
 
 
-def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
-    """The linear twin, without the effects that are no part of a linear model."""
-    smooth = linear_part(twin)
+def linearise_period(planar: PlanarParameters, period: float) -> LinearPlanarModel:
+    """The linear model, without the effects that are no part of a linear model."""
+    smooth = linear_part(planar)
     k: Constants = constants(smooth, period / _STEPS)
     balance = np.array([-k.offset, 0.0, 0.0, 0.0])
     e = 1e-5
 
     def after(x: Array, torque: float, outside: float) -> Array:
         tilt, wheel, tilt_rate, wheel_speed = x.tolist()
-        state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0, 0.0)
+        state = PlanarState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0, 0.0)
         pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
         return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
 
@@ -131,7 +131,7 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
     B[:4, 0] = (after(balance, e, 0.0) - rest) / e
     B[:4, 1] = (after(balance, 0.0, e) - rest) / e
     F[4, 0] = F[5, 2] = F[6, 4] = F[7, 5] = 1.0
-    return LinearTwin(F, sensor_slopes(smooth) @ _true_readings(k.imu_delay / period), B)
+    return LinearPlanarModel(F, sensor_slopes(smooth) @ _true_readings(k.imu_delay / period), B)
 
 
 def _true_readings(late: float) -> Array:
@@ -187,8 +187,8 @@ def first_reading() -> Array:
     return read
 
 
-def covariances(linear: LinearTwin, noise: NoiseModel) -> Covariances:
-    """Those of a linear twin with noise."""
+def covariances(linear: LinearPlanarModel, noise: NoiseModel) -> Covariances:
+    """Those of a linear model with noise."""
     R = np.diag(noise.sensors**2)
     Q = (linear.B * noise.torques**2) @ linear.B.T
     read = first_reading()
@@ -198,13 +198,13 @@ def covariances(linear: LinearTwin, noise: NoiseModel) -> Covariances:
     return Covariances(P, Q, R)
 
 
-def _instants(linear: LinearTwin) -> tuple[int, float]:
+def _instants(linear: LinearPlanarModel) -> tuple[int, float]:
     """How many instants `riccati` goes through at most, and the change of gains at which it takes them for settled."""
     return _INSTANTS, _SETTLED if len(linear.decay) else 0.0
 
 
 class Solution(NamedTuple):
-    """What `riccati` finds of a linear twin with noise.
+    """What `riccati` finds of a linear model with noise.
 
     Attributes:
         covariances: of the noise.
@@ -218,7 +218,7 @@ class Solution(NamedTuple):
     after: Array
     last: int
 
-    def filter(self, linear: LinearTwin, noise: NoiseModel) -> Filter:
+    def filter(self, linear: LinearPlanarModel, noise: NoiseModel) -> Filter:
         """The Kalman filter; nothing is corrected at the first instant."""
         measured = int((noise.sensors < 0.5 * UNSENSED).sum())
         of_linear = linear.pushes, linear.decay, linear.summed
@@ -226,8 +226,8 @@ class Solution(NamedTuple):
         return Filter(self.gains, self.whiteners, self.log_determinants, measured, state, *of_linear)
 
 
-def solution(linear: LinearTwin, noise: NoiseModel) -> Solution:
-    """Solve the Riccati equation of a linear twin with noise.
+def solution(linear: LinearPlanarModel, noise: NoiseModel) -> Solution:
+    """Solve the Riccati equation of a linear model with noise.
 
     Raises:
         LinAlgError: levels are too far apart for the covariance to stay definite.
@@ -236,12 +236,14 @@ def solution(linear: LinearTwin, noise: NoiseModel) -> Solution:
     return Solution(of, *riccati(linear.F, linear.C, of.process, of.sensors, of.first, *_instants(linear)))
 
 
-def kalman_filter(linear: LinearTwin, noise: NoiseModel) -> Filter:
-    """The Kalman filter of a linear twin with noise; errors as of `solution`."""
+def kalman_filter(linear: LinearPlanarModel, noise: NoiseModel) -> Filter:
+    """The Kalman filter of a linear model with noise; errors as of `solution`."""
     return solution(linear, noise).filter(linear, noise)
 
 
-def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:
+def _with_discrepancy(
+    P: Array, Q: Array, read: Array, variances: Array, linear: LinearPlanarModel
+) -> tuple[Array, Array]:
     """Covariances (14, 14) of the first state and of the noise, with a stationary model discrepancy.
 
     Args:

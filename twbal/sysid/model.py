@@ -1,4 +1,4 @@
-"""A model of the recordings: the twin with values for what is free, and what it leaves of the data."""
+"""A model of the recordings: the planar model with values for what is free, and what it leaves of the data."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array, Mask
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
-from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filter, linearise_period
+from twbal.sysid.kalman import Filter, LinearPlanarModel, error_variances, kalman_filter, linearise_period
 from twbal.sysid.likelihood import robustify, whiten
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel, discrepancy_penalty
 from twbal.sysid.noise_fit import fit_noise
@@ -18,7 +18,7 @@ from twbal.sysid.predictor import PredictorOutput, predict
 from twbal.sysid.recording import Recording
 
 ANGLE_LEAD = "angle_lead"
-"""Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
+"""Name of the one free value that is no field of `PlanarParameters`: time by which measured angles run ahead [s]."""
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
 _NOTHING = 1e-9  # rad, rad/s: what takes no part
@@ -38,7 +38,7 @@ class TiltOffset(NamedTuple):
 
 
 Field = str | TiltOffset
-"""A field of `TwinParameters`, `ANGLE_LEAD`, or the tilt's offset in a recording."""
+"""A field of `PlanarParameters`, `ANGLE_LEAD`, or the tilt's offset in a recording."""
 
 
 class Free(NamedTuple):
@@ -75,16 +75,16 @@ class Free(NamedTuple):
 
 
 class Model(NamedTuple):
-    """A twin and its noise.
+    """A planar model and its noise.
 
     Attributes:
-        twin: with all values put in.
+        planar: with all values put in.
         angle_lead: [s].
         noise: levels of noise, from which the filter's gain follows.
         offsets: of the tilt of each recording [rad]; none where they are all 0.
     """
 
-    twin: TwinParameters
+    planar: PlanarParameters
     angle_lead: float
     noise: NoiseModel
     offsets: tuple[float, ...] = ()
@@ -93,26 +93,26 @@ class Model(NamedTuple):
         """The value of a field."""
         if isinstance(field, TiltOffset):
             return self.offsets[field.recording]
-        return self.angle_lead if field == ANGLE_LEAD else float(getattr(self.twin, field))
+        return self.angle_lead if field == ANGLE_LEAD else float(getattr(self.planar, field))
 
     def put(self, values: Mapping[Any, float]) -> "Model":  # Any: a mapping of str alone is one of fields, too
         """The model with other values of some fields."""
         offsets = tuple(values.get(TiltOffset(k), offset) for k, offset in enumerate(self.offsets))
         fields = {field: value for field, value in values.items() if isinstance(field, str) and field != ANGLE_LEAD}
         lead = values.get(ANGLE_LEAD, self.angle_lead)
-        return self._replace(twin=self.twin._replace(**fields), angle_lead=lead, offsets=offsets)
+        return self._replace(planar=self.planar._replace(**fields), angle_lead=lead, offsets=offsets)
 
-    def twin_for(self, recording: int) -> TwinParameters:
-        """The twin, with the tilt's offset in a recording."""
+    def planar_for(self, recording: int) -> PlanarParameters:
+        """The planar model, with the tilt's offset in a recording."""
         if not self.offsets:
-            return self.twin
-        angle = self.twin.imu_mount_angle_angle + self.offsets[recording]
-        return self.twin._replace(imu_mount_angle_angle=angle)
+            return self.planar
+        angle = self.planar.imu_mount_angle_angle + self.offsets[recording]
+        return self.planar._replace(imu_mount_angle_angle=angle)
 
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """Recordings of one robot, and how finely the twin steps through them.
+    """Recordings of one robot, and how finely the planar model steps through them.
 
     Attributes:
         recordings: at least one.
@@ -133,7 +133,7 @@ class Data:
 
     @property
     def lead(self) -> float:
-        """Time by which the angles of the twin's integrator run ahead of its rates [s]."""
+        """Time by which the angles of the planar model's integrator run ahead of its rates [s]."""
         return 0.5 * self.period / self.substeps
 
     @property
@@ -174,12 +174,12 @@ class Data:
         """Instants that count."""
         return int(sum(recording.usable[1:].sum() for recording in self.recordings))
 
-    def linear(self, model: Model) -> LinearTwin:
-        """The linear twin of a model, with a model discrepancy where its noise has one."""
-        linear = linearise_period(model.twin, self.period)
+    def linear(self, model: Model) -> LinearPlanarModel:
+        """The linear model of a model, with a model discrepancy where its noise has one."""
+        linear = linearise_period(model.planar, self.period)
         if not model.noise.has_discrepancy:
             return linear
-        return linear.with_discrepancy(self.period, self.steps, model.twin.tilt_filter_rate)
+        return linear.with_discrepancy(self.period, self.steps, model.planar.tilt_filter_rate)
 
     def filter(self, model: Model) -> Filter:
         """The Kalman filter of a model."""
@@ -187,9 +187,9 @@ class Data:
 
     def predictions(self, model: Model, kalman: Filter) -> list[PredictorOutput]:
         """What a model predicts of each recording with a filter."""
-        lead, rate = self.lead - model.angle_lead, model.twin.tilt_filter_rate
+        lead, rate = self.lead - model.angle_lead, model.planar.tilt_filter_rate
         found = [
-            predict(model.twin_for(k), _of_even_loop(recording, rate), self.substeps, lead, kalman)
+            predict(model.planar_for(k), _of_even_loop(recording, rate), self.substeps, lead, kalman)
             for k, recording in enumerate(self.recordings)
         ]
         for prediction in found:

@@ -1,10 +1,10 @@
 r"""Noise of the highest likelihood.
 
-Another gain K' in place of K changes the prediction errors as the linear twin says,
+Another gain K' in place of K changes the prediction errors as the linear model says,
 
     e'_n = e_n - C δ_n,   δ_{n+1} = F (δ_n + K'_n e'_n - K_n e_n),   δ_0 = 0,
 
-so noise is fitted without running the twin again.
+so noise is fitted without running the planar model again.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
-from twbal.sysid.kalman import Covariances, Filter, LinearTwin, kalman_filter, solution
+from twbal.sysid.kalman import Covariances, Filter, LinearPlanarModel, kalman_filter, solution
 from twbal.sysid.likelihood import cost
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel, discrepancy_penalty, discrepancy_sigmas
 from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
@@ -32,7 +32,7 @@ _SHARED = 0.3  # of the other, where a search for white torques and a discrepanc
 
 @kernel()
 def refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array:
-    """Prediction errors (T + 1, 4) with other gains, by the linear twin."""
+    """Prediction errors (T + 1, 4) with other gains, by the linear model."""
     changed = np.empty_like(errors)
     states = len(F)
     ahead, shown = F.T.copy(), C.T.copy()  # so that the compiler makes vectors of the inner loops
@@ -58,7 +58,7 @@ def refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array
 
 
 def fit_noise(
-    linear: LinearTwin,
+    linear: LinearPlanarModel,
     noise: NoiseModel,
     errors: list[Array],
     usable: list[Mask],
@@ -69,7 +69,7 @@ def fit_noise(
     """The noise of the highest likelihood, from prediction errors made with the filter of `noise`.
 
     Args:
-        linear: the twin about its balance.
+        linear: the planar model about its balance.
         noise: with whose filter the errors were made; where the search begins.
         errors: (T + 1, 4) of each recording.
         usable: (T + 1,) of each recording.
@@ -94,14 +94,14 @@ class _Objective:
     """-2 log posterior of the logarithms of levels, (6,) or (12,) with a model discrepancy, but for a constant.
 
     Attributes:
-        linear: the twin about its balance.
+        linear: the planar model about its balance.
         gains: (G, S, 4), of the filter that made the errors.
         errors: (T + 1, 4) of each recording.
         usable: (T + 1,) of each recording.
         largest: levels, by which those of a discrepancy have a prior.
     """
 
-    linear: LinearTwin
+    linear: LinearPlanarModel
     gains: Array
     errors: list[Array]
     usable: list[Mask]

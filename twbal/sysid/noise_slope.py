@@ -15,13 +15,13 @@ import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
-from twbal.sysid.kalman import Covariances, LinearTwin, Solution, covariances
+from twbal.sysid.kalman import Covariances, LinearPlanarModel, Solution, covariances
 from twbal.sysid.likelihood import TAIL
 from twbal.sysid.noise import LASTING, NoiseModel
 
 
 def slope_of_levels(
-    linear: LinearTwin,
+    linear: LinearPlanarModel,
     units: Covariances,
     noise: NoiseModel,
     solved: Solution,
@@ -32,7 +32,7 @@ def slope_of_levels(
     """Derivatives of `likelihood.cost` by the logarithms of the levels, (12,), with a model discrepancy.
 
     Args:
-        linear: the twin about its balance.
+        linear: the planar model about its balance.
         units: of the same, as of `of_one_level_each`.
         noise: levels at which the slope is.
         solved: the Riccati equation with that noise.
@@ -51,7 +51,7 @@ def slope_of_levels(
     return np.asarray(2.0 * levels**2 * by_squares)
 
 
-def of_one_level_each(linear: LinearTwin) -> Covariances:
+def of_one_level_each(linear: LinearPlanarModel) -> Covariances:
     """The covariances that each level makes where it is 1 and the others are 0, (12, ...) each."""
     units = np.eye(6 + LASTING)
     each = [covariances(linear, NoiseModel(unit[:4], unit[4:6], unit[6:])) for unit in units]

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
+from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.sensing import filtered_tilt, read_sensors
-from twbal.planar.twin_state import Turning, TwinState
 from twbal.sysid.recording import Recording
 
 _RING = 4  # control periods of the IMU's past that are kept, as in the predictor
@@ -20,8 +20,8 @@ EARLIEST = _RING
 
 
 @kernel()
-def _state(x: Array) -> TwinState:
-    return TwinState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9])
+def _state(x: Array) -> PlanarState:
+    return PlanarState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9])
 
 
 @kernel()
@@ -33,7 +33,7 @@ def _seen(k: Constants, x: Array) -> tuple[float, float, float]:
 
 @kernel()
 def _run(
-    p: TwinParameters,
+    p: PlanarParameters,
     commands: Array,
     yaw_rate: Array,
     heading: Array,
@@ -69,7 +69,7 @@ def _run(
                 off_now = d[2 * c] if age == 0 else d[2 + near + c]
                 imu[row, c] += (1.0 - share) * off_now + share * d[2 + far + c]
         x = states[n]
-        s = TwinState(
+        s = PlanarState(
             x[0] + d[0], x[1] + d[1], x[2] + d[2], x[3] + d[3], x[4], x[5] + d[1], x[6] + d[3], x[7],
             x[8] + k.radius * d[1], x[9],
         )  # fmt: skip
@@ -100,13 +100,13 @@ class OpenLoop(NamedTuple):
 
 
 def predict_open_loop(
-    twin: TwinParameters, recording: Recording, substeps: int, states: Array, starts: NDArray[np.int_], off: Array,
+    planar: PlanarParameters, recording: Recording, substeps: int, states: Array, starts: NDArray[np.int_], off: Array,
     steps: int, limit: float,
 ) -> OpenLoop:  # fmt: skip
     """What the planar model says of the next periods, under the commands and the yaw rate that were measured.
 
     Args:
-        twin: the model.
+        planar: the model.
         recording: with the commands.
         substeps: physics steps of a control period.
         states: (T + 1, 11), of `predict`: by the measurements up to each instant.
@@ -118,7 +118,7 @@ def predict_open_loop(
     """
     readings, fell = np.empty((len(starts), steps, 4)), np.empty(len(starts))
     _run(
-        twin, recording.commands, recording.yaw_rate, recording.heading, recording.period, substeps, states, starts,
+        planar, recording.commands, recording.yaw_rate, recording.heading, recording.period, substeps, states, starts,
         off, limit, readings, fell,
     )  # fmt: skip
     return OpenLoop(readings, fell)

@@ -22,7 +22,7 @@ from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
 from twbal.core.time_base import evened
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.robot_distribution import SLOW_FILTERS, RobotDistribution, filter_lead
 from twbal.sysid.fit import Fit, refit, slopes_of
 from twbal.sysid.model import Data, Free, Model
@@ -147,7 +147,7 @@ def _cost(attempt: _Attempt) -> float:
 
 def _at_mean(prior: RobotDistribution, sensed: Mask) -> Model:
     """The prior's mean, with little noise: fitted to a model far off, noise explains what the model should."""
-    begin = twin_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
+    begin = planar_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
     sensors = np.where(sensed, _FIRST_SENSORS, UNSENSED)
     return Model(begin, 0.0, NoiseModel(sensors, np.full(2, _FIRST_TORQUES * prior.robot.torque_limit)))
 
@@ -156,7 +156,7 @@ def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
     """The best of the fits that begin at the prior's mean, with several delays."""
     mean = _at_mean(prior, data.sensed)
     delays = [{_DELAY: late * data.period} for late in _FIRST_DELAYS]
-    starts = [mean._replace(twin=mean.twin._replace(**late)) for late in delays]
+    starts = [mean._replace(planar=mean.planar._replace(**late)) for late in delays]
     fits = in_threads(lambda start: _fitted(data, start, prior), starts)
     return min(fits, key=lambda found: found.cost)
 

@@ -1,9 +1,9 @@
-"""Kalman predictor on the planar twin: what a model says of each measurement from those before it.
+"""Kalman predictor on the planar model: what a model says of each measurement from those before it.
 
 At each control instant the measurement corrects the predicted state by a gain that depends on the instant's number
-alone (`noise`), and the twin carries the corrected state to the next instant with all its effects: past commands for a
-delay, the torques of a lag and of a slew limit, the rotor of a backlash, the IMU's past. A correction moves the past of
-a late IMU along.
+alone (`noise`), and the planar model carries the corrected state to the next instant with all its effects: past
+commands for a delay, the torques of a lag and of a slew limit, the rotor of a backlash, the IMU's past. A correction
+moves the past of a late IMU along.
 """
 
 from math import floor
@@ -15,29 +15,29 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.planar.constants import Constants, constants
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
+from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.terms import correct
-from twbal.planar.twin_state import Turning, TwinState
 from twbal.sysid.kalman import Filter
 from twbal.sysid.noise import LASTING
 from twbal.sysid.recording import Recording
 
-TRACK = len(TwinState._fields) + 1
-"""Columns of its states: `TwinState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
+TRACK = len(PlanarState._fields) + 1
+"""Columns of its states: `PlanarState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
 _RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
 
 @kernel()
-def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> TwinState:
+def _first(p: PlanarParameters, k: Constants, measured: Array, lead: float) -> PlanarState:
     """The state that the first measurement tells."""
     true = correct(p, Reading(measured[0], measured[1], measured[2], measured[3]), 0.0)
     rate = true.tilt_rate
     tilt = true.tilt + (lead + k.imu_delay) * rate
     speed = true.wheel_rate + rate
     wheel = true.wheel_angle + lead * true.wheel_rate + tilt
-    return TwinState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0)
 
 
 @kernel(is_inlined=True)
@@ -68,9 +68,9 @@ def _correct_past(
 
 
 @kernel(is_inlined=True)
-def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float) -> TwinState:
+def _moved(s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float) -> PlanarState:
     """The state with these added; the rotor goes with the wheel."""
-    return TwinState(
+    return PlanarState(
         s.tilt + tilt,
         s.wheel + wheel,
         s.tilt_rate + tilt_rate,
@@ -86,8 +86,8 @@ def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: flo
 
 @kernel(is_inlined=True)
 def _push(
-    s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, now: int, substeps: int, late: int
-) -> TwinState:
+    s: PlanarState, k: Constants, missing: Array, pushes: Array, imu: Array, now: int, substeps: int, late: int
+) -> PlanarState:
     """The state with what the torques of a model discrepancy added in the last control period, and the IMU's past, too.
 
     A torque adds to the tilt rate in proportion to the time for which it acts, and to the tilt to the square of it. Of
@@ -120,7 +120,7 @@ def _carry(missing: Array, decay: Array, summed: float) -> None:
 
 @kernel()
 def run_predictor(
-    p: TwinParameters,
+    p: PlanarParameters,
     commands: Array,
     measured: Array,
     yaw_rate: Array,
@@ -137,7 +137,7 @@ def run_predictor(
     """Predict a recording, measurement by measurement.
 
     Args:
-        p: the twin.
+        p: the planar model.
         commands: (T,); measured: (T + 1, 4); yaw_rate: (T + 1,), as of `Recording`.
         period: control period [s].
         substeps: physics steps of a control period.
@@ -147,9 +147,9 @@ def run_predictor(
             six components, as of `NoiseModel`.
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
         decay: (6,) of the discrepancy in a period; empty without one.
-        summed: as of `LinearTwin` [s].
+        summed: as of `LinearPlanarModel` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 11), written: `TwinState` after the correction, and as of `TRACK`.
+        states: (T + 1, 11), written: `PlanarState` after the correction, and as of `TRACK`.
     """
     k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
@@ -196,18 +196,20 @@ class PredictorOutput(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 11), `TwinState` after the correction, and as of `TRACK`.
+        states: (T + 1, 11), `PlanarState` after the correction, and as of `TRACK`.
     """
 
     errors: Array
     states: Array
 
 
-def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: float, kalman: Filter) -> PredictorOutput:
-    """Run the predictor of a twin with a filter over a recording; arguments as of `run_predictor`."""
+def predict(
+    planar: PlanarParameters, recording: Recording, substeps: int, lead: float, kalman: Filter
+) -> PredictorOutput:
+    """Run the predictor of a planar model with a filter over a recording; arguments as of `run_predictor`."""
     errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, TRACK))
     run_predictor(
-        twin, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
+        planar, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
         kalman.gains, kalman.pushes, kalman.decay, kalman.summed, errors, states,
     )  # fmt: skip
     return PredictorOutput(errors, states)

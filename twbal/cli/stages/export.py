@@ -70,8 +70,8 @@ def table(episode: Episode) -> pandas.DataFrame:
 def _export(files: Sequence[Path], kind: str, out: Path) -> list[Path]:
     made, names = list[Path](), list[str]()
     for number, file in enumerate(files):
-        twins = [other for other in files if other.stem == file.stem]
-        names.append(unused(file.stem if len(twins) == 1 else f"{file.stem}_{number}", names))
+        same_name = [other for other in files if other.stem == file.stem]
+        names.append(unused(file.stem if len(same_name) == 1 else f"{file.stem}_{number}", names))
         made.append(out / f"{names[-1]}.{kind}")
         _WRITERS[kind](table(read_episode(file)), made[-1])
     return made

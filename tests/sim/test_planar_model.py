@@ -1,4 +1,4 @@
-"""Physics engine and planar twin agree, effect by effect: two codes that share nothing but the definition."""
+"""Physics engine and planar model agree, effect by effect: two codes that share nothing but the definition."""
 
 import numpy as np
 import pytest
@@ -56,16 +56,16 @@ def course(plant, commands):
 
 
 @pytest.mark.parametrize("name", library())
-def test_engine_and_twin_agree_on_what_an_effect_does(name, robot, commands):
+def test_engine_and_planar_model_agree_on_what_an_effect_does(name, robot, commands):
     effect = instantiate(nodes()[name])
     settings = {"robot": robot, "start": START, "physics_step": STEP, "seed": 0}
     engine = course(SimPlant(effects=[effect], **settings), commands)
-    twin = course(PlanarPlant(effects=[effect], **settings), commands)
+    planar = course(PlanarPlant(effects=[effect], **settings), commands)
     without = course(PlanarPlant(effects=[], **settings), commands)
     size = np.array([0.01, 0.1, 0.03, 0.3])  # below which an effect counts as no larger, by channel
-    does = np.maximum(np.abs(twin - without).max(axis=0), size)
-    assert (np.abs(twin - without).max(axis=0) > 0.1 * size).any(), f"{effect} shows nothing; choose another `value`"
-    assert (np.abs(engine - twin).max(axis=0) < CLOSE.get(name, 0.01) * does).all()
+    does = np.maximum(np.abs(planar - without).max(axis=0), size)
+    assert (np.abs(planar - without).max(axis=0) > 0.1 * size).any(), f"{effect} shows nothing; choose another `value`"
+    assert (np.abs(engine - planar).max(axis=0) < CLOSE.get(name, 0.01) * does).all()
 
 
 @pytest.mark.parametrize("name", library())

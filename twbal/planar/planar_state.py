@@ -1,10 +1,10 @@
-"""What the twin remembers, and how it turns; kernels are compiled for these classes (`twbal.core.compiled`)."""
+"""What the planar model remembers, and how it turns; kernels are compiled for these classes (`twbal.core.compiled`)."""
 
 from typing import NamedTuple
 
 
-class TwinState(NamedTuple):
-    """All that the twin remembers.
+class PlanarState(NamedTuple):
+    """All that the planar model remembers.
 
     Attributes:
         tilt: θ [rad].

@@ -1,4 +1,4 @@
-"""The analytic twin and PyBullet, two independent ways to the same motion; every fault of either shows here."""
+"""The planar model and PyBullet, two independent ways to the same motion; every fault of either shows here."""
 
 import numpy as np
 import pytest
@@ -16,9 +16,9 @@ from twbal.effects.torque_gain import TorqueGain
 from twbal.effects.viscous_friction import ViscousFriction
 from twbal.planar.constants import constants
 from twbal.planar.linearised import linearise
-from twbal.planar.parameters import twin_parameters
+from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant, hold, standing
-from twbal.planar.twin_state import STRAIGHT
+from twbal.planar.planar_state import STRAIGHT
 from twbal.sim.bullet_plant import SimPlant
 
 START = StartPose(-0.17, 0.02, 0.2, 0.1)
@@ -70,12 +70,12 @@ def excited(robot, gain, seen, rng):
 
 
 def gaps(robot, name, start, physics_step, drive):
-    """Twin less engine after each control period from the engine's motion: tilt, tilt rate, wheel rate, (T, 3).
+    """Planar model less engine after each control period from the engine's motion: tilt, tilt rate, wheel rate, (T, 3).
 
     Twenty-five periods, or until the robot leans by half a radian; `drive` gives the command for an observation.
     """
-    twin = twin_parameters(robot, values(name, robot))
-    k, substeps = constants(twin, physics_step), round(robot.control_period / physics_step)
+    planar = planar_parameters(robot, values(name, robot))
+    k, substeps = constants(planar, physics_step), round(robot.control_period / physics_step)
     rows, commands, state = [], [], standing(k, 0.0, 0.0, 0.0, 0.0)
     effects = simulated(name, robot)
     with SimPlant(robot=robot, effects=effects, start=start, physics_step=physics_step, seed=0) as plant:
@@ -89,7 +89,7 @@ def gaps(robot, name, start, physics_step, drive):
                 tilt_rate=seen.tilt_rate,
                 wheel_speed=seen.wheel_rate + seen.tilt_rate,
             )
-            state = hold(twin, k, state, np.array(commands), len(rows), substeps, STRAIGHT, np.zeros((substeps, 3)))
+            state = hold(planar, k, state, np.array(commands), len(rows), substeps, STRAIGHT, np.zeros((substeps, 3)))
             seen = plant.step(command)
             rate = state.wheel_speed - state.tilt_rate
             rows.append([state.tilt - seen.tilt, state.tilt_rate - seen.tilt_rate, rate - seen.wheel_rate])
@@ -116,14 +116,14 @@ def test_in_a_fall_the_gap_is_the_integrators_and_shrinks_with_the_step(request,
     assert coarse / fine == pytest.approx(2, rel=0.1)
 
 
-def test_the_twin_behind_the_seam_sees_what_the_simulated_robot_sees(paper):
+def test_the_planar_model_behind_the_seam_sees_what_the_simulated_robot_sees(paper):
     gain, rng = regulator(paper), np.random.default_rng(0)
-    twin = PlanarPlant(robot=paper, effects=simulated("all", paper), start=START, physics_step=0.001, seed=4)
+    planar = PlanarPlant(robot=paper, effects=simulated("all", paper), start=START, physics_step=0.001, seed=4)
     effects = simulated("all", paper)
-    with SimPlant(robot=paper, effects=effects, start=START, physics_step=0.001, seed=4) as plant, twin:
-        seen, shadow = plant.reset(1), twin.reset(1)
+    with SimPlant(robot=paper, effects=effects, start=START, physics_step=0.001, seed=4) as plant, planar:
+        seen, shadow = plant.reset(1), planar.reset(1)
         assert np.abs(np.subtract(seen, shadow)).max() < 1e-12
         for _ in range(10):
             command = excited(paper, gain, seen, rng)
-            seen, shadow = plant.step(command), twin.step(command)
+            seen, shadow = plant.step(command), planar.step(command)
             assert (np.abs(np.subtract(seen, shadow)) < [1e-12, 1e-4, 2e-3, 2e-2, 1e-3, 5e-3, 1e-4]).all()
