@@ -12,7 +12,7 @@ from twbal.models.gp import SQUARED_EXPONENTIAL, Posterior, condition
 from twbal.models.hyperparameters import Hyperparameters, fit_hyperparameters
 
 
-class GPFit(NamedTuple):
+class GpFitResult(NamedTuple):
     """What a fit found.
 
     Attributes:
@@ -32,7 +32,7 @@ def fit_gp(
     reference: PriorReference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
     near: Hyperparameters | None = None,
-) -> GPFit:
+) -> GpFitResult:
     """Exact GPs whose hyper-parameters maximise the evidence, less penalties and, where given, with priors.
 
     Args:
@@ -57,4 +57,4 @@ def fit_gp(
     found = fit_hyperparameters(inputs, targets, settings, seed, reference, near)
     gp = condition(inputs, targets, *found)
     evidence = in_threads(lambda a: Evidence(inputs, targets[:, a])(found.theta(a))[0], range(targets.shape[1]))
-    return GPFit(gp, np.array(evidence))
+    return GpFitResult(gp, np.array(evidence))

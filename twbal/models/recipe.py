@@ -11,7 +11,7 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions, unbroken
 from twbal.models.dynamics import DynamicsModel, without_simulation
-from twbal.models.fit import GPFit
+from twbal.models.fit import GpFitResult
 from twbal.models.fit_settings import PriorReference, input_scales
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
 from twbal.models.hyperparameters import Hyperparameters
@@ -30,7 +30,7 @@ class GpFit(Protocol):
         reference: PriorReference | None,
         kernel: str,
         near: Hyperparameters | None = None,
-    ) -> GPFit:
+    ) -> GpFitResult:
         """Fit GPs with a kernel, with priors relative to `reference` where there are priors.
 
         `near` is a fit to much the same samples, of which some of the search can be spared.

@@ -11,7 +11,7 @@ from twbal.core.streams import Stream, generator
 from twbal.core.threads import in_threads
 from twbal.models.bound import JITTER, Bound
 from twbal.models.evidence import Evidence
-from twbal.models.fit import GPFit, fit_gp
+from twbal.models.fit import GpFitResult, fit_gp
 from twbal.models.fit_objective import FitObjective
 from twbal.models.fit_settings import FitSettings, PriorReference, check_samples
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, squared_exponential
@@ -51,7 +51,7 @@ def fit_sparse_gp(
     reference: PriorReference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
     near: Hyperparameters | None = None,
-) -> GPFit:
+) -> GpFitResult:
     """GPs by Titsias' bound (2009) over inducing inputs that all outputs share; its log evidence is the bound.
 
     The hyper-parameters come from a random subset, then from the bound (of the SE kernel; those of another kernel stay
@@ -133,7 +133,7 @@ def random_subset(samples: int, count: int, seed: int) -> Integers:
     return generator(Stream.FIT_SUBSET, seed).permutation(samples)[:count]
 
 
-def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparameters: Hyperparameters) -> GPFit:
+def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparameters: Hyperparameters) -> GpFitResult:
     """Sparse posterior of E GPs with given hyper-parameters: inputs (n, d), targets (n, E), centres (m, d)."""
     thetas = [hyperparameters.theta(a) for a in range(targets.shape[1])]
     bounds = [Bound(inputs, target, centres) for target in targets.T]
@@ -145,7 +145,7 @@ def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparamet
         variance_matrix=np.array([posterior.variance_matrix for posterior in posteriors]),
         sample_root=np.array([posterior.sample_root for posterior in posteriors]),
     )
-    return GPFit(gp, np.array([bound(theta)[0] for bound, theta in zip(bounds, thetas, strict=True)]))
+    return GpFitResult(gp, np.array([bound(theta)[0] for bound, theta in zip(bounds, thetas, strict=True)]))
 
 
 def _refine(

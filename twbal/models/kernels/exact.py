@@ -16,7 +16,7 @@ from torch.nn.utils import parameters_to_vector, vector_to_parameters
 from twbal.core.errors import FitError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
-from twbal.models.fit import GPFit
+from twbal.models.fit import GpFitResult
 from twbal.models.fit_settings import (
     START_NOISE,
     FitSettings,
@@ -50,13 +50,13 @@ class ExactModel(gpytorch.models.ExactGP):  # type: ignore[misc]
 
 def fit_exact(
     inputs: Array, targets: Array, kernel: str, settings: FitSettings, seed: int, reference: PriorReference | None
-) -> GPFit:
+) -> GpFitResult:
     """Exact GPs with any kernel; see `models.fit.fit_gp`."""
     with one_thread():
         return condition(inputs, targets, fit_prior(inputs, targets, kernel, settings, seed, reference))
 
 
-def condition(inputs: Array, targets: Array, prior: KernelProcess) -> GPFit:
+def condition(inputs: Array, targets: Array, prior: KernelProcess) -> GpFitResult:
     """Exact posterior with the kernel and noise of `prior`: inputs (n, d), targets (n, E)."""
     process = prior.over(inputs)
     solved, evidence = [], []
@@ -66,7 +66,7 @@ def condition(inputs: Array, targets: Array, prior: KernelProcess) -> GPFit:
         determinant = np.linalg.slogdet(2.0 * np.pi * total)[1]
         evidence.append(-0.5 * (target @ solved[a][0] + determinant))
     weights, inverses = map(np.array, zip(*solved, strict=True))
-    return GPFit(replace(process, weights=weights, variance_matrix=inverses), np.array(evidence))
+    return GpFitResult(replace(process, weights=weights, variance_matrix=inverses), np.array(evidence))
 
 
 def fit_prior(

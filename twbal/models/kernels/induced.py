@@ -7,7 +7,7 @@ import scipy.linalg
 
 from twbal.core.gaussian import Array
 from twbal.models.bound import JITTER
-from twbal.models.fit import GPFit
+from twbal.models.fit import GpFitResult
 from twbal.models.fit_settings import FitSettings, PriorReference
 from twbal.models.kernels.exact import fit_prior
 from twbal.models.kernels.process import KernelProcess
@@ -19,12 +19,12 @@ _BLOCK = 2000  # samples whose covariances with the inducing inputs are in memor
 
 def fit_induced(
     inputs: Array, targets: Array, kernel: str, settings: SparseSettings, seed: int, reference: PriorReference | None
-) -> GPFit:
+) -> GpFitResult:
     """As `models.sparse.fit_sparse_gp`; the parameters are those of the subset."""
     with one_thread():
         prior = fit_on_subset(inputs, targets, kernel, settings.subset, settings.fit, seed, reference)
         centres = choose_inducing(inputs, prior, settings.inducing, settings.tolerance)
-        return GPFit(*condition_induced(inputs, targets, centres, prior))
+        return GpFitResult(*condition_induced(inputs, targets, centres, prior))
 
 
 def fit_on_subset(

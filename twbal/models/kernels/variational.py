@@ -9,7 +9,7 @@ from gpytorch.variational import NaturalVariationalDistribution, VariationalStra
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
-from twbal.models.fit import GPFit, fit_gp
+from twbal.models.fit import GpFitResult, fit_gp
 from twbal.models.fit_settings import FitSettings, PriorReference, check_samples
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess
 from twbal.models.hyperparameters import Hyperparameters
@@ -82,7 +82,7 @@ def fit_variational_gp(
     reference: PriorReference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
     near: Hyperparameters | None = None,
-) -> GPFit:
+) -> GpFitResult:
     """GPs over inducing inputs that minibatches of all samples choose; the log evidence is Titsias' bound.
 
     The hyper-parameters begin at those of a random subset. Minibatches then move them and the inducing inputs up the
@@ -111,7 +111,7 @@ def fit_variational_gp(
         centres = choose_inducing(candidates, prior, settings.inducing, tolerance=0.0)
         prior, centres = learn(inputs, targets, centres, prior, settings, seed)
         process, bound = condition_induced(inputs, targets, centres, prior)
-    return GPFit(squared_exponential_process(process) if kernel == SQUARED_EXPONENTIAL else process, bound)
+    return GpFitResult(squared_exponential_process(process) if kernel == SQUARED_EXPONENTIAL else process, bound)
 
 
 def learn(
