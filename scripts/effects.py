@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from twbal.effects.page import page
+from twbal.effects.effects_page import page
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "effects.md"
 

@@ -22,12 +22,12 @@ from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess, condition
-from twbal.models.kernels.threads import one_thread
+from twbal.models.kernels.torch_threads import one_thread
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear_starts import linear_law, regulator
-from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, limits_of
 from twbal.search.torch_functions import SampledFunctions
+from twbal.search.torch_robots import Robots
 from twbal.search.validation import Validation, validate
 
 PERIOD = 0.02

@@ -34,7 +34,7 @@ FAULTS = {
     "gradient": ("search/long_term_cost.py", "by_mean + costs[t].by_mean", "by_mean + 1.001 * costs[t].by_mean"),
     "planar model": ("planar/dry_friction.py", "bound = 2.0 * k.coulomb", "bound = 1.5 * k.coulomb"),
     "predictor": (
-        "sysid/predictor.py",
+        "sysid/kalman_predictor.py",
         "tilt_rate += gains[instant, 2, j] * error[j]",
         "tilt_rate += 0.5 * gains[instant, 2, j] * error[j]",
     ),

@@ -77,7 +77,7 @@ DIGITS = """
 import hashlib
 import numpy as np
 from twbal.models.moments.kernel_sum import KernelSum
-from twbal.models.moments.prediction import predict
+from twbal.models.moments.moment_prediction import predict
 from twbal.models.moments.truncation import Truncation
 rng = np.random.default_rng(0)
 parts = [rng.standard_normal((9, 2)), np.ones((1, 2)), np.ones(1), rng.standard_normal((1, 9))]

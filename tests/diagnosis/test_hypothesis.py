@@ -18,8 +18,8 @@ from twbal.diagnosis.name import first_noise
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.actuation import equivalent_gain
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.prediction_error_fit import Fit
 
 PRESETS = [str(name) for name in OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml")]
 TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0)

@@ -12,8 +12,8 @@ from twbal.diagnosis import likeliest, probable, select
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.verdict import probabilities
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Free
+from twbal.sysid.prediction_error_fit import Fit
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 COLOUR = 2.0

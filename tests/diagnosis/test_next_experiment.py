@@ -21,10 +21,10 @@ from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import ProbableEffect, Rival, Verdict
 from twbal.diagnosis.separation import divergences, expected_separation, prior_of, projected
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import descend
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
+from twbal.sysid.prediction_error_fit import descend
 
 NOISE = NoiseModel(np.array([0.0035, 0.02, 0.001, 0.05]), np.array([0.02, 0.02]))
 RIVALS = ("coulomb_friction", "viscous_friction")

@@ -21,9 +21,9 @@ from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING
+from twbal.sysid.prediction_error_fit import Fit
 from twbal.sysid.recording import Recording
 
 INSTANTS = 1000

@@ -10,9 +10,9 @@ from twbal.diagnosis import score_test
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods, score_candidates
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
+from twbal.sysid.prediction_error_fit import Fit
 
 
 def test_waves_are_averaged_over_control_periods_and_both_wheels():

@@ -19,8 +19,8 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.verdict import probabilities
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data
+from twbal.sysid.prediction_error_fit import Fit
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 KIN = {"dead_zone": ("coulomb_friction",)}

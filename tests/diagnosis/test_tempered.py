@@ -16,8 +16,8 @@ from twbal.diagnosis.select import Problem
 from twbal.diagnosis.tempered import settled, tempered_search
 from twbal.diagnosis.verdict import shifts_of
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import descend, penalty
 from twbal.sysid.model import Data, Model
+from twbal.sysid.prediction_error_fit import descend, penalty
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 HIDDEN = {"coulomb_friction": {"torque": 0.4}, "actuation_delay": {"delay": 0.012}}

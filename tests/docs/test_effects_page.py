@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
+from twbal.effects.effects_page import page
 from twbal.effects.library import library
-from twbal.effects.page import page
 
 ROOT = Path(__file__).resolve().parents[2]
 COUNTS = {

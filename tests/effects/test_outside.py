@@ -24,7 +24,7 @@ from twbal.diagnosis.record import Verdict
 from twbal.effects import library
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.effect import OutsideEffect
-from twbal.effects.page import page
+from twbal.effects.effects_page import page
 from twbal.planar.constants import Constants
 from twbal.planar.forces import forces
 from twbal.planar.parameters import parameters_class, planar_parameters

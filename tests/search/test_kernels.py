@@ -14,10 +14,10 @@ from twbal.models.kernels.exact import fit_exact
 from twbal.search.descent import descend
 from twbal.search.optimise import search_policy
 from twbal.search.particles import ParticleObjective
-from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
 from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.torch_functions import mean_function
+from twbal.search.torch_robots import Robots
 from twbal.search.validation import validate
 
 SHAPE = PolicyParametrisation(

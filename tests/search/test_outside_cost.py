@@ -17,9 +17,9 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.particles import ParticleObjective
-from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
 from twbal.search.starts import PolicyParametrisation, linear_policy
+from twbal.search.torch_robots import Robots
 from twbal.search.transition import transition_model
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -8,8 +8,8 @@ from twbal.core.cost import SaturatingCost
 from twbal.core.evaluation import SuccessCriterion
 from twbal.models.function_samples import FunctionSamples
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, Limits, limits_of, sampled_rollouts
+from twbal.search.torch_robots import Robots
 
 COST = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, 20.0]))
 PLACED = SaturatingCost(np.zeros(6), np.array([0.25, 2.5, 1.0, 20.0, 0.5, 0.5]))

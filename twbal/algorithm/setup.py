@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from twbal.algorithm.findings import Measures
+from twbal.algorithm.iteration_findings import Measures
 from twbal.algorithm.policy_search import PolicySearch
 from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
 from twbal.algorithm.simulation import Simulation

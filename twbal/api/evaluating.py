@@ -8,9 +8,9 @@ from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.commands import text
 from twbal.cli.evaluation_config import composed_evaluation
 from twbal.core.errors import ConfigError
-from twbal.diagnosis.evaluation import evaluate_simulations
 from twbal.diagnosis.evaluation_inputs import GivenLog
 from twbal.diagnosis.evaluation_record import SimulationEvaluation
+from twbal.diagnosis.simulation_evaluation import evaluate_simulations
 
 
 def evaluate_simulation(

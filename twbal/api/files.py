@@ -14,7 +14,7 @@ from twbal.cli.policy_origin import with_control_period
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.streams import Stream, generator
-from twbal.embedded.export import Export, export_to
+from twbal.embedded.board_export import Export, export_to
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel

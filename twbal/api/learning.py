@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from twbal.algorithm.findings import findings, summarise
 from twbal.algorithm.in_memory import InMemory
+from twbal.algorithm.iteration_findings import findings, summarise
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.setup import Setup
 from twbal.algorithm.summary import Summary

@@ -17,7 +17,7 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli.settings.nested import flattened
+from twbal.cli.settings.nested_settings import flattened
 from twbal.core.errors import ConfigError
 
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down

@@ -16,7 +16,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.comma_number import is_comma_number
-from twbal.cli.settings.nested import ancestors, flattened
+from twbal.cli.settings.nested_settings import ancestors, flattened
 from twbal.cli.settings.renamed import CHOICES, CHOICES_INSTEAD, name_now, renamed
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 
 from twbal import __version__
-from twbal.cli.settings.nested import flattened
+from twbal.cli.settings.nested_settings import flattened
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import alone_in, file_hash
 from twbal.core.json_records import read_record, write_record

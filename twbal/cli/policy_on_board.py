@@ -19,7 +19,7 @@ from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
-from twbal.embedded.export import HEADER, check_agreement, export_to
+from twbal.embedded.board_export import HEADER, check_agreement, export_to
 from twbal.embedded.header import identity_in
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy

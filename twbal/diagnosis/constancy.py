@@ -12,9 +12,9 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.sysid.fit import slopes_of
 from twbal.sysid.intervals import curvature, prior_slopes
 from twbal.sysid.model import Data
+from twbal.sysid.prediction_error_fit import slopes_of
 
 _SURE = 5.0  # standard errors of the difference, below which it may be chance
 

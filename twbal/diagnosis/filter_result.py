@@ -9,11 +9,11 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import descend
 from twbal.sysid.kalman import Filter, error_variances
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
+from twbal.sysid.prediction_error_fit import descend
 from twbal.sysid.recording import Recording
 
 _OFFSET_STEPS = 6

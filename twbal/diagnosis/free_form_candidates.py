@@ -8,8 +8,8 @@ import numpy as np
 from twbal.core.gaussian import Array, Mask
 from twbal.planar.constants import constants
 from twbal.sysid.kalman import Filter
+from twbal.sysid.kalman_predictor import PredictorOutput
 from twbal.sysid.model import Data, Model
-from twbal.sysid.predictor import PredictorOutput
 
 _FRACTIONS = (np.arange(5) + 0.5) / 5  # of a control period, over which a function is averaged
 _TURN = 2.0 * np.pi

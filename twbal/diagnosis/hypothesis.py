@@ -11,8 +11,8 @@ from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
-from twbal.sysid.fit import Fit, refit
 from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.prediction_error_fit import Fit, refit
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12
 FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate

@@ -8,8 +8,8 @@ from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.effects.library import library
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Field
+from twbal.sysid.prediction_error_fit import Fit
 
 MOST = 4
 """Rival models, at most."""

@@ -41,9 +41,9 @@ from twbal.diagnosis.verdict import (
     temperature_of,
 )
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel
+from twbal.sysid.prediction_error_fit import descend
 from twbal.sysid.recording import MEASURED, Recording
 
 _NOISE_ITERATIONS = 30

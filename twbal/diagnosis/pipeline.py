@@ -12,9 +12,9 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import OUTWEIGHED, UNCONFIRMED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
-from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import always_free, tilt_offsets
 from twbal.diagnosis.commands_that_acted import without_lost_commands
+from twbal.diagnosis.disagreement import disagreements
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings

@@ -23,9 +23,9 @@ from twbal.diagnosis.objections import BOUNDLESS, Extent, Objection, negligible,
 from twbal.diagnosis.record import LIKELY, LISTED, Estimate, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, substitutes
 from twbal.diagnosis.settings import Credence, Settings
-from twbal.sysid.fit import slopes_of
 from twbal.sysid.intervals import NORMAL95, interval, standard_errors
 from twbal.sysid.model import Data
+from twbal.sysid.prediction_error_fit import slopes_of
 
 _TRIFLE = 0.5
 """Share of `lines.least`, the least size of an effect that is named. Smaller ones are seldom true on other robots."""

@@ -12,10 +12,10 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
-from twbal.sysid.fit import Fit, descend, penalty, slopes_of
 from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
+from twbal.sysid.prediction_error_fit import Fit, descend, penalty, slopes_of
 from twbal.sysid.recording import Recording
 
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)

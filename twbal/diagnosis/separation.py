@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.sysid.fit import Fit, slopes
 from twbal.sysid.intervals import curvature
 from twbal.sysid.model import Data, Free, Model, TiltOffset
 from twbal.sysid.normal_equations import solve_normal
+from twbal.sysid.prediction_error_fit import Fit, slopes
 
 _RIDGE = 1e-9  # of the curvature's diagonal, against directions that no data bear on
 

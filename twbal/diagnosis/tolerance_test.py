@@ -11,8 +11,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
-from twbal.sysid.fit import Fit, slopes_of
 from twbal.sysid.model import Data
+from twbal.sysid.prediction_error_fit import Fit, slopes_of
 
 _FEW = 1e-9  # room within bounds that a value may stand on, in standard deviations
 

@@ -178,7 +178,7 @@ def posterior_from_payload(payload: Mapping[str, Any]) -> Posterior:
     """
     if "kernel" not in Payload("GP", payload).names:
         return GaussianProcess.from_payload(payload)
-    from twbal.models.kernels.process import KernelProcess  # here, as GPyTorch takes a while to import
+    from twbal.models.kernels.kernel_process import KernelProcess  # here, as GPyTorch takes a while to import
 
     return KernelProcess.from_payload(payload)
 

@@ -20,9 +20,9 @@ from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import LongTermCost
-from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws
 from twbal.search.torch_functions import Function, sampled_functions
+from twbal.search.torch_robots import Robots
 from twbal.search.transition import PolicyGradient
 
 

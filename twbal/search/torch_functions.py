@@ -10,7 +10,7 @@ from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess, Posterior
 
 if TYPE_CHECKING:
-    from twbal.models.kernels.process import KernelProcess
+    from twbal.models.kernels.kernel_process import KernelProcess
 
 Function = Callable[[torch.Tensor], torch.Tensor]
 """Of inputs (P, d), with values (P, E)."""
@@ -88,7 +88,7 @@ class SampledFunctions:
 
 
 def _any_kernel(gp: Posterior) -> "KernelProcess":
-    from twbal.models.kernels.process import KernelProcess  # here, as GPyTorch takes a while to import
+    from twbal.models.kernels.kernel_process import KernelProcess  # here, as GPyTorch takes a while to import
 
     if not isinstance(gp, KernelProcess):
         raise TypeError(f"A posterior is a GaussianProcess or a KernelProcess; found a {type(gp).__name__}.")

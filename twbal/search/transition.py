@@ -11,8 +11,8 @@ from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
 from twbal.models.moments.adjoint import predict_adjoint
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
+from twbal.models.moments.moment_prediction import MomentPrediction, predict_by_series
 from twbal.models.moments.multi_index import Integers, MultiIndices
-from twbal.models.moments.prediction import MomentPrediction, predict_by_series
 from twbal.models.moments.truncation import Series
 from twbal.policies.rbf_moments import Activation, Network, activation_adjoint, activation_moments
 from twbal.policies.squash import Squashed, squash_moments

@@ -68,8 +68,8 @@ def validate(
     if isinstance(model.f, GaussianProcess) and (model.g is None or samples):
         stayed, costs = sampled_rollouts(model, samples, policy, cost, limits, draws)
     else:  # other kernels have no compiled form
-        from twbal.search.robots import Robots  # here, as PyTorch takes two seconds to import
         from twbal.search.torch_functions import sampled_functions
+        from twbal.search.torch_robots import Robots  # here, as PyTorch takes two seconds to import
 
         g = sampled_functions(model.g, n, settings.features, rng) if model.g else None
         stayed, costs = Robots.of(model, g, draws).balanced(policy.command, cost, limits)

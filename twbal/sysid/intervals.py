@@ -11,8 +11,8 @@ from math import sqrt
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.sysid.fit import Fit
 from twbal.sysid.model import Free, Model
+from twbal.sysid.prediction_error_fit import Fit
 
 NORMAL95 = 1.959964
 """Half the width of a 95 % interval of a normal value, in standard errors."""

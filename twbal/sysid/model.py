@@ -11,10 +11,10 @@ from twbal.core.gaussian import Array, Mask
 from twbal.planar.parameters import PlanarParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
 from twbal.sysid.kalman import Filter, LinearPlanarModel, error_variances, kalman_filter, linearise_period
+from twbal.sysid.kalman_predictor import PredictorOutput, predict
 from twbal.sysid.likelihood import robustify, whiten
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel, discrepancy_penalty
 from twbal.sysid.noise_fit import fit_noise
-from twbal.sysid.predictor import PredictorOutput, predict
 from twbal.sysid.recording import Recording
 
 ANGLE_LEAD = "angle_lead"

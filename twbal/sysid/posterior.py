@@ -1,8 +1,8 @@
 """What rollouts tell of the parameters of a robot: their posterior, by prediction error and a normal approximation.
 
 All parameters are fitted at once from the prior that the robot's sheet gives (`planar.robot_distribution`), through the
-Kalman predictor of `sysid.predictor`; the covariance is the inverse of the curvature there (Laplace). Nothing is named
-or left out, as a diagnosis does: what rollouts do not tell stays as uncertain as it was before.
+Kalman predictor of `sysid.kalman_predictor`; the covariance is the inverse of the curvature there (Laplace). Nothing is
+named or left out, as a diagnosis does: what rollouts do not tell stays as uncertain as it was before.
 
 A tilt may come from a complementary filter, which takes speeding up for leaning. Its time constant is found over a
 grid: what such a filter adds is taken off the tilt, all is fitted, and a parabola through the costs gives the rate and
@@ -24,9 +24,9 @@ from twbal.core.threads import in_threads
 from twbal.core.time_base import evened
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.robot_distribution import SLOW_FILTERS, RobotDistribution, filter_lead
-from twbal.sysid.fit import Fit, refit, slopes_of
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise import UNSENSED, NoiseModel
+from twbal.sysid.prediction_error_fit import Fit, refit, slopes_of
 from twbal.sysid.recording import MEASURED, Recording
 
 _SUBSTEPS = 10  # physics steps of a control period

@@ -7,12 +7,12 @@ from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
-from twbal.virtual_robot.constants import Memory, constants, fresh_memory
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mjcf import mjcf
 from twbal.virtual_robot.physics import BodyMotion, Buffers, drive_steps, encoders, present_motion
 from twbal.virtual_robot.placement import place
 from twbal.virtual_robot.readout import Readout
+from twbal.virtual_robot.robot_constants import Memory, constants, fresh_memory
 
 _NEARLY = 1e-9  # of a physics step: a time that is a whole number of them is not rounded down
 

@@ -10,8 +10,8 @@ import numpy as np
 from twbal.core.compiled import foreign_function, kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
-from twbal.virtual_robot.constants import Memory, RobotConstants
-from twbal.virtual_robot.drive import drive_motor, hinge_torque, queued, supply
+from twbal.virtual_robot.robot_constants import Memory, RobotConstants
+from twbal.virtual_robot.wheel_drive import drive_motor, hinge_torque, queued, supply
 
 _FILE = {"darwin": "libmujoco.{}.dylib", "win32": "mujoco.dll"}.get(sys.platform, "libmujoco.so.{}")
 _LIBRARY = Path(mujoco.__file__).parent / _FILE.format(mujoco.mj_versionString())

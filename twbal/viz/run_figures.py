@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
-from twbal.algorithm.findings import IterationFindings, Measures
 from twbal.algorithm.iteration import Iteration
+from twbal.algorithm.iteration_findings import IterationFindings, Measures
 from twbal.algorithm.summary import Summary
 from twbal.core.channels import Channels
 from twbal.core.copies import shared

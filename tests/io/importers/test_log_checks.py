@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.errors import ConfigError
 from twbal.io.importers.checks.doubt import LogPart
-from twbal.io.importers.checks.ranges import constant_doubts, torque_doubts
+from twbal.io.importers.checks.implausible_values import constant_doubts, torque_doubts
 from twbal.io.importers.checks.repeated_rows import longest_repeat
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.mapping import mapping

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twbal.io.importers.checks.doubt import DoubtKind, LogPart
-from twbal.io.importers.checks.ranges import smooth_command_doubts
+from twbal.io.importers.checks.implausible_values import smooth_command_doubts
 from twbal.io.importers.checks.sensor_rows import is_differenced, tilt_row_doubts, wheel_row_doubts
 
 PERIOD, COUNT, TICK = 0.01, 2000, 0.01

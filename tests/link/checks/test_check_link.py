@@ -10,7 +10,7 @@ from twbal.core.check import Check, CheckStatus
 from twbal.core.errors import LinkLostError
 from twbal.link.checks.line import clock_check
 from twbal.link.checks.procedure import LinkTrial, check_link
-from twbal.link.checks.recording import record
+from twbal.link.checks.telemetry_record import record
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.wheel_commands import WheelCommands

@@ -13,7 +13,7 @@ from twbal.models.fit import fit_gp
 from twbal.models.fit_settings import FitSettings, LogNormalPrior, PriorReference
 from twbal.models.gp import GaussianProcess
 from twbal.models.kernels.exact import fit_prior
-from twbal.models.kernels.process import KernelProcess
+from twbal.models.kernels.kernel_process import KernelProcess
 from twbal.models.sparse import SparseSettings, fit_sparse_gp
 
 VALUES = {

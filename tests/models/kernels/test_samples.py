@@ -8,8 +8,8 @@ from twbal.models.fit_settings import FitSettings
 from twbal.models.kernels.exact import condition
 from twbal.models.kernels.expression import build
 from twbal.models.kernels.induced import choose_inducing, condition_induced
+from twbal.models.kernels.kernel_process import prior_process
 from twbal.models.kernels.prior import Interpolated, Waves, draw_prior
-from twbal.models.kernels.process import prior_process
 from twbal.models.kernels.samples import KernelSamples
 
 COUNT = 3000

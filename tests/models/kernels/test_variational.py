@@ -19,9 +19,9 @@ from twbal.models.fit_settings import FitSettings
 from twbal.models.gp import GaussianProcess
 from twbal.models.kernels.exact import condition, fit_prior
 from twbal.models.kernels.induced import choose_inducing, condition_induced
-from twbal.models.kernels.process import KernelProcess
+from twbal.models.kernels.kernel_process import KernelProcess
 from twbal.models.kernels.variational import VariationalSettings, fit_variational_gp, learn
-from twbal.models.moments.prediction import predict
+from twbal.models.moments.moment_prediction import predict
 from twbal.models.moments.truncation import Truncation
 from twbal.search.transition import transition_model
 

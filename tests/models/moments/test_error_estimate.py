@@ -11,7 +11,7 @@ from numpy.polynomial.hermite_e import hermegauss
 from twbal.models.gp import condition
 from twbal.models.moments.adjoint import predict_adjoint
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.prediction import predict
+from twbal.models.moments.moment_prediction import predict
 from twbal.models.moments.truncation import DEGREES, Truncation, series
 
 NODES = {1: 80, 2: 40, 3: 24}  # per input, by the number of inputs

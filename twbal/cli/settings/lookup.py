@@ -9,7 +9,7 @@ from twbal.cli.settings.import_settings import IMPORT
 from twbal.cli.settings.kinds import Kind, holds_settings
 from twbal.cli.settings.link_settings import FAULTS, LINK
 from twbal.cli.settings.model_settings import MODEL
-from twbal.cli.settings.nested import ancestors, flattened
+from twbal.cli.settings.nested_settings import ancestors, flattened
 from twbal.cli.settings.perturbation_settings import PERTURBATION
 from twbal.cli.settings.robot_settings import (
     CONTROL_PERIOD,

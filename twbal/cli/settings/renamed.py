@@ -1,6 +1,6 @@
 """Names of earlier versions, and what is called what now."""
 
-from twbal.cli.settings.nested import ancestors
+from twbal.cli.settings.nested_settings import ancestors
 
 STAGES = {"linear-policy": "lqr", "show": "plot", "check": "regress", "recover": "repair"}
 """Stages, as on the command line."""

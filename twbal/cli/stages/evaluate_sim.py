@@ -15,10 +15,10 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.evaluation import evaluate_simulations
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
 from twbal.diagnosis.evaluation_record import EvaluatedSimulation, SimulationEvaluation
 from twbal.diagnosis.log_names import distinct_names
+from twbal.diagnosis.simulation_evaluation import evaluate_simulations
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.evaluation_figure import evaluation_figure

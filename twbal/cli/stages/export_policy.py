@@ -14,7 +14,7 @@ from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.json_records import read_record, write_record
 from twbal.core.streams import Stream, generator
-from twbal.embedded.export import OnBoard, check_agreement, export_to
+from twbal.embedded.board_export import OnBoard, check_agreement, export_to
 from twbal.io.checkpoint import save_checkpoint
 
 NOT_RECORDED = ("policy.path",)

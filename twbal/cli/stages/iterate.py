@@ -9,8 +9,8 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.algorithm.findings import Measures, findings, summarise
 from twbal.algorithm.iteration import DiagnosisOutcome
+from twbal.algorithm.iteration_findings import Measures, findings, summarise
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table

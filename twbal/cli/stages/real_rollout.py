@@ -50,7 +50,7 @@ from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.core.yielding import yields_to_pushes
 from twbal.diagnosis.usability import FEW_DATA, Amount, enough_for_diagnosis
-from twbal.embedded.export import HEADER
+from twbal.embedded.board_export import HEADER
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.ranges import MAX_TRIAL

@@ -14,7 +14,7 @@ from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.smoothing import noise_sd
+from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart

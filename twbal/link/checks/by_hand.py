@@ -5,7 +5,7 @@ from math import degrees, inf, pi, tau
 from typing import NamedTuple
 
 from twbal.core.check import Check, CheckStatus
-from twbal.link.checks.recording import TelemetryRecord, record
+from twbal.link.checks.telemetry_record import TelemetryRecord, record
 from twbal.link.protocol import Sensors
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1

@@ -4,7 +4,7 @@ from math import isnan
 from statistics import linear_regression, median
 
 from twbal.core.check import Check, CheckStatus, Measurement
-from twbal.link.checks.recording import Pings, TelemetryRecord
+from twbal.link.checks.telemetry_record import Pings, TelemetryRecord
 from twbal.link.protocol import Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
 

@@ -6,7 +6,7 @@ from statistics import fmean, linear_regression, pstdev
 from typing import NamedTuple
 
 from twbal.core.check import Check, CheckStatus, Measurement
-from twbal.link.checks.recording import TelemetryRecord
+from twbal.link.checks.telemetry_record import TelemetryRecord
 from twbal.link.protocol import VERSION, Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.wheel_commands import WheelCommands

@@ -9,9 +9,9 @@ from twbal.core.errors import LinkError, MotorsOnError
 from twbal.link.checks.by_hand import Helper, by_hand_checks
 from twbal.link.checks.line import clock_check, handshake_check, loss_check, round_trip_check
 from twbal.link.checks.motors import Pulse, dead_time_check, pulse_commands, torque_check, turning_check
-from twbal.link.checks.recording import HostClock, Pings, ping, record
 from twbal.link.checks.rest import rest_check
 from twbal.link.checks.safety import stop_check, watchdog_check
+from twbal.link.checks.telemetry_record import HostClock, Pings, ping, record
 from twbal.link.protocol import Sensors
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.wheel_commands import WheelCommands

@@ -4,7 +4,7 @@ from math import degrees
 from statistics import fmean, pstdev
 
 from twbal.core.check import Check, CheckStatus, Measurement
-from twbal.link.checks.recording import TelemetryRecord
+from twbal.link.checks.telemetry_record import TelemetryRecord
 
 _MOVED = 0.05  # tilt, from lowest to highest, beyond which it was not at rest [rad]
 _TURNED = 0.1  # wheel angle, the same [rad]

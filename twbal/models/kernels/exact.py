@@ -28,8 +28,8 @@ from twbal.models.fit_settings import (
 )
 from twbal.models.gp import solve
 from twbal.models.kernels.expression import build, positive
-from twbal.models.kernels.process import KernelProcess, prior_process
-from twbal.models.kernels.threads import one_thread
+from twbal.models.kernels.kernel_process import KernelProcess, prior_process
+from twbal.models.kernels.torch_threads import one_thread
 
 _FARTHEST = np.log(1e4)  # of a parameter from 1, in its logarithm
 _WORSE_THAN_ALL = 1e10  # stands for an evidence that cannot be computed: the line search steps back from it

@@ -10,8 +10,8 @@ from twbal.models.bound import JITTER
 from twbal.models.fit import GpFitResult
 from twbal.models.fit_settings import FitSettings, PriorReference
 from twbal.models.kernels.exact import fit_prior
-from twbal.models.kernels.process import KernelProcess
-from twbal.models.kernels.threads import one_thread
+from twbal.models.kernels.kernel_process import KernelProcess
+from twbal.models.kernels.torch_threads import one_thread
 from twbal.models.sparse import SparseSettings, greedy_choice, random_subset
 
 _BLOCK = 2000  # samples whose covariances with the inducing inputs are in memory at once

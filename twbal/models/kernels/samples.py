@@ -6,8 +6,8 @@ from typing import Self
 import numpy as np
 import torch
 
+from twbal.models.kernels.kernel_process import KernelProcess
 from twbal.models.kernels.prior import PriorFunctions, draw_prior
-from twbal.models.kernels.process import KernelProcess
 
 
 @dataclass(frozen=True, eq=False)

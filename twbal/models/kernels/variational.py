@@ -15,8 +15,8 @@ from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess
 from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.kernels.expression import positive
 from twbal.models.kernels.induced import choose_inducing, condition_induced, fit_on_subset
-from twbal.models.kernels.process import KernelProcess
-from twbal.models.kernels.threads import one_thread
+from twbal.models.kernels.kernel_process import KernelProcess
+from twbal.models.kernels.torch_threads import one_thread
 from twbal.models.sparse import random_subset
 
 _NATURAL_RATE = 0.1  # of the variational distribution's natural gradient; a minibatch is a noisy witness

@@ -5,8 +5,8 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.models.moments.hermite import higher_covariance_adjoint, term_weights
+from twbal.models.moments.moment_prediction import MomentPrediction
 from twbal.models.moments.multi_index import Integers, MultiIndices
-from twbal.models.moments.prediction import MomentPrediction
 from twbal.models.moments.truncation import EXACT
 
 

@@ -5,10 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
-from twbal.io.importers.checks.jumps import without_jumps
-from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
-from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
-from twbal.io.importers.checks.ranges import (
+from twbal.io.importers.checks.implausible_values import (
     constant_doubts,
     lying_part_doubts,
     one_way_doubts,
@@ -17,6 +14,9 @@ from twbal.io.importers.checks.ranges import (
     tilt_doubts,
     torque_doubts,
 )
+from twbal.io.importers.checks.jumps import without_jumps
+from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
+from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
 from twbal.io.importers.checks.rates import (
     LATE,
     LATE_ROWS,

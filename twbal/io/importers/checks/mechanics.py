@@ -21,7 +21,7 @@ import numpy as np
 from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
-from twbal.core.smoothing import lengths, smoothed
+from twbal.core.smoothed_derivatives import lengths, smoothed
 from twbal.io.importers.checks.doubt import LogPart
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from twbal.core.block_regression import regression
 from twbal.core.gaussian import Array
-from twbal.core.smoothing import noise_sd
+from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.factors import guessed_reason
 

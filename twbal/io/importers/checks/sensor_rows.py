@@ -12,7 +12,7 @@ import numpy as np
 
 from twbal.core.block_regression import Regression, regression
 from twbal.core.gaussian import Array
-from twbal.core.smoothing import noise_sd
+from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 
 _BEFORE = 6  # rows that are left out at the beginning, for lags

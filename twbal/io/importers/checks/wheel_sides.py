@@ -7,7 +7,7 @@ import numpy as np
 
 from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
-from twbal.core.smoothing import lengths, smoothed
+from twbal.core.smoothed_derivatives import lengths, smoothed
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.mechanics import mechanics
 from twbal.io.importers.checks.rates import changes, turned

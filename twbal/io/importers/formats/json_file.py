@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from twbal.io.importers.columns import file_data
-from twbal.io.importers.nested import columns_of
+from twbal.io.importers.nested_rows import columns_of
 
 ENDINGS = (".json",)
 

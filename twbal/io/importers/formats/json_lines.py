@@ -7,7 +7,7 @@ from typing import Any
 
 from twbal.core.errors import LogError
 from twbal.io.importers.columns import file_data
-from twbal.io.importers.nested import columns_of
+from twbal.io.importers.nested_rows import columns_of
 
 ENDINGS = (".jsonl", ".ndjson")
 

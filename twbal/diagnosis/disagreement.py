@@ -26,9 +26,9 @@ from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
-from twbal.sysid.fit import Fit, slopes
 from twbal.sysid.intervals import curvature, prior_slopes
 from twbal.sysid.model import Data, Field, Model, TiltOffset
+from twbal.sysid.prediction_error_fit import Fit, slopes
 from twbal.sysid.recording import Recording
 
 _SURE = 0.05  # p-value below which a recording disagrees

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twbal.core.smoothing import smoothed
+from twbal.core.smoothed_derivatives import smoothed
 
 PERIOD = 0.01
 T = PERIOD * np.arange(2000)

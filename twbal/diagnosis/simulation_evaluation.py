@@ -9,7 +9,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
-from twbal.diagnosis.comparison import compare
+from twbal.diagnosis.error_comparison import compare
 from twbal.diagnosis.evaluated_log import ReadLog, read_log
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
 from twbal.diagnosis.evaluation_record import (

@@ -10,8 +10,8 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.diagnosis.advice import on_disagreements
-from twbal.diagnosis.agreement import Pooled, SharedValue, ValueDifference, disagreements
 from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.disagreement import Pooled, SharedValue, ValueDifference, disagreements
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import fit_hypothesis

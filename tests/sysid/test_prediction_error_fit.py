@@ -6,10 +6,10 @@ from synthetic_recordings import synthetic_recording
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.fit import descend, penalty, refit, slopes, slopes_of
 from twbal.sysid.intervals import standard_errors
 from twbal.sysid.model import ANGLE_LEAD, Data, Free, Model
 from twbal.sysid.noise import NoiseModel
+from twbal.sysid.prediction_error_fit import descend, penalty, refit, slopes, slopes_of
 
 NOISE = NoiseModel(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
 TRUTH = {"coulomb_friction": {"torque": 0.1}, "actuation_delay": {"delay": 0.008}}

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from twbal.virtual_robot.constants import constants, fresh_memory
-from twbal.virtual_robot.drive import hinge_torque
 from twbal.virtual_robot.physics import drive_steps
+from twbal.virtual_robot.robot_constants import constants, fresh_memory
+from twbal.virtual_robot.wheel_drive import hinge_torque
 
 STEP = 0.00025
 

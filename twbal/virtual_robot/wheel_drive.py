@@ -3,7 +3,7 @@
 import numpy as np
 
 from twbal.core.compiled import kernel
-from twbal.virtual_robot.constants import Memory, RobotConstants
+from twbal.virtual_robot.robot_constants import Memory, RobotConstants
 
 _LEAST_SUPPLY = 0.1  # of the full one: a battery does not turn its voltage round
 

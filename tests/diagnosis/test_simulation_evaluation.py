@@ -10,8 +10,8 @@ from synthetic_recordings import NOISE
 
 from twbal.core.episode import Estimated, Provenance
 from twbal.core.errors import ConfigError, DataError
-from twbal.diagnosis.evaluation import evaluate_simulations
 from twbal.diagnosis.evaluation_record import ALL_LOGS
+from twbal.diagnosis.simulation_evaluation import evaluate_simulations
 from twbal.sysid.recording import MEASURED
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.core.smoothing import noise_sd
+from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.wheel_sides import SCALE_OF_EACH
 
