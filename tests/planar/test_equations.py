@@ -2,9 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pendulum import accelerations
 
 from twbal.core.robot_parameters import GRAVITY
-from twbal.planar.equations import accelerations, coefficients
+from twbal.planar.equations import coefficients
 
 
 @pytest.fixture(params=["paper", "regbot"])

@@ -1,10 +1,11 @@
 from dataclasses import replace
 
 import numpy as np
+from pendulum import accelerations
 from scipy.linalg import solve_continuous_are
 
 from twbal.core.start_pose import StartPose
-from twbal.planar.equations import accelerations, coefficients
+from twbal.planar.equations import coefficients
 from twbal.planar.linearised import linearise
 from twbal.sim.bullet_plant import SimPlant
 

@@ -69,16 +69,17 @@ class MethodRobustness(NamedTuple):
     name: str
     policies: tuple[PolicyRobustness, ...]
 
-    def unchanged(self, part: str = SUCCEEDED) -> float:
-        """Share on the robots as they are.
-
-        Args:
-            part: that is counted, of `PARTS`; all that success asks by default. Of the next three, too.
-        """
-        return _share([policy.unchanged for policy in self.policies], part)
+    def unchanged(self) -> float:
+        """Share on the robots as they are."""
+        return _share([policy.unchanged for policy in self.policies], SUCCEEDED)
 
     def shares(self, axis: str, part: str = SUCCEEDED) -> list[float]:
-        """Share at each level of an axis."""
+        """Share at each level of an axis.
+
+        Args:
+            axis: its name.
+            part: that is counted, of `PARTS`; all that success asks by default. Of the next two, too.
+        """
         return [_share(cells, part) for cells in zip(*(policy.axes[axis] for policy in self.policies), strict=True)]
 
     def mean(self, axis: str, part: str = SUCCEEDED) -> float:

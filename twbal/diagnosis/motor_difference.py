@@ -45,7 +45,7 @@ def motor_difference(
         planar: the model, for what its driver makes of commands, and how late.
         max_tilt: beyond which the robot has fallen [rad].
     """
-    parts = [part for episode in episodes if (part := _seen(episode, robot, planar, max_tilt)) is not None]
+    parts = [part for episode in episodes if (part := _seen(episode, planar, max_tilt)) is not None]
     rows = sum(len(turning) for turning, _ in parts)
     if rows * robot.control_period < _FEWEST:
         return None
@@ -60,9 +60,7 @@ def motor_difference(
     return MotorDifference(share, share - either, share + either)
 
 
-def _seen(
-    episode: Episode, robot: RobotParameters, planar: PlanarParameters, max_tilt: float
-) -> tuple[Array, Array] | None:
+def _seen(episode: Episode, planar: PlanarParameters, max_tilt: float) -> tuple[Array, Array] | None:
     """Yaw acceleration (n,), and what may make it (n, 6), torque first; None of an episode that tells nothing."""
     if any(of.channel in ("yaw_rate", "wheel_rate") for of in episode.estimated):
         return None

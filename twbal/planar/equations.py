@@ -16,7 +16,6 @@ and the torque τ, summed over both wheels, acts on the wheels and backwards on 
 Positive θ leans forward, positive φ rolls forward.
 """
 
-from math import cos, sin
 from typing import NamedTuple
 
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
@@ -41,31 +40,4 @@ def coefficients(robot: RobotParameters) -> Coefficients:
         c=robot.body_inertia_pitch + m * height**2,
         d=m * GRAVITY * height,
         offset=robot.com_offset,
-    )
-
-
-class Accelerations(NamedTuple):
-    """Second derivatives φ̈, θ̈ [rad/s²]."""
-
-    wheel: float
-    tilt: float
-
-
-def accelerations(k: Coefficients, tilt: float, tilt_rate: float, torque: float) -> Accelerations:
-    """Solve the equations of motion.
-
-    Args:
-        k: constants of the robot.
-        tilt: θ [rad].
-        tilt_rate: [rad/s].
-        torque: τ, on both wheels together [N·m].
-    """
-    alpha = tilt + k.offset
-    coupling = k.b * cos(alpha)
-    on_wheels = torque + k.b * sin(alpha) * tilt_rate**2
-    on_body = k.d * sin(alpha) - torque
-    determinant = k.a * k.c - coupling**2
-    return Accelerations(
-        wheel=(k.c * on_wheels - coupling * on_body) / determinant,
-        tilt=(k.a * on_body - coupling * on_wheels) / determinant,
     )

@@ -37,7 +37,6 @@ from twbal.viz.episode_figures import courses_figure
 NOT_RECORDED = ("files", "guess")
 MAPPING, EPISODES, NOT_IMPORTED, DOUBTS = "my_log.yaml", "episodes", "not_imported.txt", "doubts"
 _DRAWN = 12  # episodes
-_PATIENCE = 1.0  # s of writing after which its progress is shown
 _SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
 
 
