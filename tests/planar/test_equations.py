@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pendulum import accelerations
+from equations_of_motion import accelerations
 
 from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.equations import coefficients

@@ -1,7 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
-from pendulum import accelerations
+from equations_of_motion import accelerations
 from scipy.linalg import solve_continuous_are
 
 from twbal.core.start_pose import StartPose

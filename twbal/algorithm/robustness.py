@@ -78,7 +78,7 @@ class MethodRobustness(NamedTuple):
 
         Args:
             axis: its name.
-            part: that is counted, of `PARTS`; all that success asks by default. Of the next two, too.
+            part: that is counted, of `PARTS`; all that success asks by default. Of `mean` and `overall`, too.
         """
         return [_share(cells, part) for cells in zip(*(policy.axes[axis] for policy in self.policies), strict=True)]
 
