@@ -18,7 +18,7 @@ from twbal.diagnosis.name import first_noise
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.actuation import equivalent_gain
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit
 
 PRESETS = [str(name) for name in OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml")]
@@ -35,7 +35,7 @@ def fitted(robot, values):
 @pytest.mark.parametrize("field", [*DATA_SHEET, *WHEELS])
 @pytest.mark.parametrize("end", ["low", "high"])
 def test_a_value_of_the_data_sheet_at_a_bound_is_told(paper, field, end):
-    (free,) = [free for free in fitted(paper, {}).fit.frees if free.field == field]
+    (free,) = [free for free in fitted(paper, {}).fit.free_parameters if free.field == field]
     effect, _, parameter = field.rpartition("_")
     expected = field if field in WHEELS else f"{effect}.{parameter}"
     assert fitted(paper, {}).at_bound == ()
@@ -78,17 +78,17 @@ def test_a_saturation_that_nearly_all_commands_exceed_is_no_value(paper, start, 
 
 @pytest.mark.parametrize(("value", "reached"), [(0.0105, True), (0.05, False), (0.15, False), (20.0, False)])
 def test_a_limit_near_a_low_bound_is_there_only_where_the_bound_itself_is_near(value, reached):
-    free = Free("torque_saturation_limit", 0.01, 20.0, 20.0, np.inf, 1e-6)
+    free = FreeParameter("torque_saturation_limit", 0.01, 20.0, 20.0, np.inf, 1e-6)
     assert is_at_bound(free, value) == reached
 
 
 def test_what_has_no_ends_or_may_lie_at_them_has_no_bounds(paper):
     """All of the wheels' inertia may turn with the rotors, as behind a high gear ratio; no gap is that wide."""
-    frees = {free.name: free for candidate in candidates_for(paper) for free in candidate.frees}
+    free_parameters = {free.name: free for candidate in candidates_for(paper) for free in candidate.free_parameters}
     for name in ("backlash.rotor_share", "cogging.phase"):
-        assert not is_at_bound(frees[name], frees[name].high)
+        assert not is_at_bound(free_parameters[name], free_parameters[name].high)
     for name in ("backlash.gap", "cogging.torque", "rotor_inertia.share"):
-        assert is_at_bound(frees[name], frees[name].high)
+        assert is_at_bound(free_parameters[name], free_parameters[name].high)
 
 
 def test_a_candidate_that_is_taken_away_leaves_nothing_behind(paper):

@@ -12,7 +12,7 @@ from twbal.diagnosis import likeliest, probable, select
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.verdict import probabilities
-from twbal.sysid.model import Free
+from twbal.sysid.model import FreeParameter
 from twbal.sysid.prediction_error_fit import Fit
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
@@ -23,9 +23,13 @@ SIZE = CandidateParameter("size", "", 0.0, 1.0, 0.5, 0.0)
 def hypothesis(score, *names, value=0.5):
     """A set with this score over the autocorrelation that it leaves, its effects of this size."""
     candidates = tuple(Candidate(name, (SIZE,), (), (), "") for name in names)
-    frees = tuple(Free(c.field(SIZE), 0.0, 1.0, 0.0, np.inf, 1e-4, c.name, "size") for c in candidates)
+    free_parameters = tuple(
+        FreeParameter(c.field(SIZE), 0.0, 1.0, 0.0, np.inf, 1e-4, c.name, "size") for c in candidates
+    )
     model = SimpleNamespace(put=lambda values: values, value=lambda field: value)
-    return FittedHypothesis(candidates, Fit(model, frees, -score * COLOUR, None, np.zeros(8)), np.full(4, COLOUR), 0.0)
+    return FittedHypothesis(
+        candidates, Fit(model, free_parameters, -score * COLOUR, None, np.zeros(8)), np.full(4, COLOUR), 0.0
+    )
 
 
 BASE = hypothesis(0.0)

@@ -109,8 +109,8 @@ def test_a_fit_to_the_new_data_as_well_ends_where_the_linear_one_does(paper, com
     both = replace(comparison.data, recordings=[*comparison.data.recordings, path])
     model = other.model._replace(noise=true.model.noise)
     kalman = both.filter(model)
-    before = descend(comparison.data, model, kalman, other.frees, 20)
-    after = descend(both, before.model, kalman, other.frees, 20)
+    before = descend(comparison.data, model, kalman, other.free_parameters, 20)
+    after = descend(both, before.model, kalman, other.free_parameters, 20)
     own = float(np.sum(new.white(true.model, new.filter(true.model)) ** 2))
     assert found == pytest.approx(0.5 * (after.cost - before.cost - own), rel=0.5)
 

@@ -42,8 +42,11 @@ def fitted(robot, names, values, total=0.0, words=()):
     planar = planar_parameters(robot, {})
     chosen = tuple(c for name in names for c in candidates_for(robot) if c.name == name)
     model = Model(planar, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
-    frees = (*always_free(settings(*words).tolerances, planar, 1), *(free for c in chosen for free in c.frees))
-    return FittedHypothesis(chosen, Fit(model, frees, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
+    free_parameters = (
+        *always_free(settings(*words).tolerances, planar, 1),
+        *(free for c in chosen for free in c.free_parameters),
+    )
+    return FittedHypothesis(chosen, Fit(model, free_parameters, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +76,8 @@ def test_a_set_that_pulls_the_data_sheet_away_is_searched_for_another(names, fac
 
 def bounds(robot, field):
     """The range of a value of the data sheet."""
-    frees = always_free(settings().tolerances, planar_parameters(robot, {}), 1)
-    return next((free.low, free.high) for free in frees if free.field == field)
+    free_parameters = always_free(settings().tolerances, planar_parameters(robot, {}), 1)
+    return next((free.low, free.high) for free in free_parameters if free.field == field)
 
 
 @pytest.mark.parametrize(

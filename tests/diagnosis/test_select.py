@@ -222,7 +222,7 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
     """But it may take the place of a set that leaves so much that it is none."""
     once = white_fit(500.0, "dead_zone")._replace(autocorrelations=np.full(4, autocorrelation))
     twice = white_fit(900.0, "actuation_delay")
-    twice = twice._replace(fit=twice.fit._replace(frees=twice.candidates[0].frees, model=AT_BOUND))
+    twice = twice._replace(fit=twice.fit._replace(free_parameters=twice.candidates[0].free_parameters, model=AT_BOUND))
     assert twice.at_bound
     monkeypatch.setattr(name, "is_doubtful", lambda chosen, settings: True)
     for stage, found in (("select", once), ("search_again", twice)):

@@ -96,4 +96,4 @@ def test_what_a_set_lacks_does_not_move_the_data_sheet_of_a_robot_equal_to_it(pa
     assert before > 3.0 * after
     assert after < 1.5
     assert found.bic == chosen.bic  # it is judged by the likelihood as it is
-    assert problem.tempered(found.temperature).always == list(found.fit.frees[: len(problem.always)])
+    assert problem.tempered(found.temperature).always == list(found.fit.free_parameters[: len(problem.always)])

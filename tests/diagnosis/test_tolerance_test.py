@@ -49,15 +49,15 @@ def test_strain_is_what_a_bounded_fit_loses(paper):
     Factors multiply, and together reach a little farther than their sum, of which the strain is the square.
     """
     data, fit = refitted(paper, scaled(body_mass=1.12))
-    sds = np.array([free.sd for free in fit.frees])
-    means = np.array([free.mean for free in fit.frees])
-    sheet = np.array([free.field in (*DATA_SHEET, *WHEELS) for free in fit.frees])
-    low = np.where(sheet, means * (1 - TOLERANCE), [free.low for free in fit.frees])
-    high = np.where(sheet, means * (1 + TOLERANCE), [free.high for free in fit.frees])
+    sds = np.array([free.sd for free in fit.free_parameters])
+    means = np.array([free.mean for free in fit.free_parameters])
+    sheet = np.array([free.field in (*DATA_SHEET, *WHEELS) for free in fit.free_parameters])
+    low = np.where(sheet, means * (1 - TOLERANCE), [free.low for free in fit.free_parameters])
+    high = np.where(sheet, means * (1 + TOLERANCE), [free.high for free in fit.free_parameters])
 
     def errors(shares):
         values = low + shares * (high - low)
-        model = fit.model.put(dict(zip([free.field for free in fit.frees], values, strict=True)))
+        model = fit.model.put(dict(zip([free.field for free in fit.free_parameters], values, strict=True)))
         return np.concatenate([data.white(model, fit.kalman), ((values - means) / sds)[~sheet]])
 
     begin = np.clip((fit.values - low) / (high - low), 1e-3, 1 - 1e-3)

@@ -37,7 +37,7 @@ def test_no_tolerance_that_follows_from_a_provenance_is_larger_than_that_of_a_ro
 
 def test_a_fit_takes_them_for_standard_deviations():
     lego = robot("lego")
-    frees = always_free(TOLERANCES.for_robot(lego), planar_parameters(lego, {}), 1)
-    sds = {free.field: free.sd / free.mean for free in frees if free.field in (*DATA_SHEET, *WHEELS)}
+    free_parameters = always_free(TOLERANCES.for_robot(lego), planar_parameters(lego, {}), 1)
+    sds = {free.field: free.sd / free.mean for free in free_parameters if free.field in (*DATA_SHEET, *WHEELS)}
     assert sds["com_height_factor"] == pytest.approx(0.015)
     assert sds["wheel_inertia"] == pytest.approx(0.15)

@@ -22,13 +22,13 @@ def test_a_model_with_the_wheels_of_the_data_sheet_predicts_as_well(paper, facto
     """From wheels far off, with what else is free fitted to them: the way back is long, and its end is as good."""
     data = Data([synthetic_recording(paper, {}, seed=5, periods=1500, tolerance=0.0)], 10)
     planar = planar_parameters(paper, {})
-    frees = always_free(SETTINGS.tolerances, planar, 1)
+    free_parameters = always_free(SETTINGS.tolerances, planar, 1)
     start = name.with_fitted_noise(data, Model(planar, 0.0, name.first_noise(paper, data.sensed)))
-    off = start.put({free.field: factor * free.mean for free in frees if free.field in WHEELS})
-    others = [free._replace(sd=np.inf) for free in frees if free.field not in WHEELS]
+    off = start.put({free.field: factor * free.mean for free in free_parameters if free.field in WHEELS})
+    others = [free._replace(sd=np.inf) for free in free_parameters if free.field not in WHEELS]
     begin = fit_hypothesis(data, off, others, (), 8)
-    wheels = [free for free in frees if free.field in WHEELS]
-    hypothesis = begin._replace(fit=begin.fit._replace(frees=(*begin.fit.frees, *wheels)))
+    wheels = [free for free in free_parameters if free.field in WHEELS]
+    hypothesis = begin._replace(fit=begin.fit._replace(free_parameters=(*begin.fit.free_parameters, *wheels)))
     found = name._filter_result(data, hypothesis, {})
     before = data.errors(begin.fit.model, begin.fit.kalman)[0][20:]
     np.testing.assert_allclose(found.errors[0][20:].std(axis=0), before.std(axis=0), rtol=0.1)

@@ -7,7 +7,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.intervals import standard_errors
-from twbal.sysid.model import ANGLE_LEAD, Data, Free, Model
+from twbal.sysid.model import ANGLE_LEAD, Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.prediction_error_fit import descend, penalty, refit, slopes, slopes_of
 
@@ -15,11 +15,11 @@ NOISE = NoiseModel(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
 TRUTH = {"coulomb_friction": {"torque": 0.1}, "actuation_delay": {"delay": 0.008}}
 TAIL = 10.0  # degrees of freedom of the errors' distribution
 FREES = (
-    Free("torque_gain_gain", 0.4, 2.5, 1.0, 0.03, 1e-5),
-    Free("body_mass_factor", 0.4, 2.5, 1.0, 0.03, 1e-5),
-    Free("coulomb_friction_torque", 0.0, 1.0, 0.0, np.inf, 1e-5),
-    Free("actuation_delay_delay", 0.0, 0.05, 0.0, np.inf, 1e-6),
-    Free(ANGLE_LEAD, -0.005, 0.005, 0.0, 0.00025, 1e-7),
+    FreeParameter("torque_gain_gain", 0.4, 2.5, 1.0, 0.03, 1e-5),
+    FreeParameter("body_mass_factor", 0.4, 2.5, 1.0, 0.03, 1e-5),
+    FreeParameter("coulomb_friction_torque", 0.0, 1.0, 0.0, np.inf, 1e-5),
+    FreeParameter("actuation_delay_delay", 0.0, 0.05, 0.0, np.inf, 1e-6),
+    FreeParameter(ANGLE_LEAD, -0.005, 0.005, 0.0, 0.00025, 1e-7),
 )
 
 
@@ -88,7 +88,7 @@ SLIPS = {"wheel_slip": {"friction": 0.08}}
 def exact_cost(data, fit):
     """-2 log likelihood by scipy's density, and -2 log prior but for a constant."""
     errors = data.errors(fit.model, fit.kalman)[0]
-    total = penalty(fit.frees, fit.values)
+    total = penalty(fit.free_parameters, fit.values)
     for n in range(1, len(errors)):
         W = fit.kalman.whiteners[min(n, len(fit.kalman.whiteners) - 1)]
         scale = np.linalg.inv(W.T @ W) * (TAIL - 2) / TAIL
@@ -106,8 +106,8 @@ def test_more_rounds_never_end_worse(paper, effects, seed):
     data = Data([synthetic_recording(paper, effects, seed=seed, periods=500)], 10)
     planar = planar_parameters(paper, {})
     begin = data.with_noise(Model(planar, 0.0, NOISE), 30)
-    frees = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0), planar, 1)
-    costs = [refit(data, begin, frees, rounds, 4, 12).cost for rounds in range(5)]
+    free_parameters = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0), planar, 1)
+    costs = [refit(data, begin, free_parameters, rounds, 4, 12).cost for rounds in range(5)]
     assert (np.diff(costs) <= 1e-6).all(), costs
 
 
@@ -129,7 +129,7 @@ def test_refitting_finds_the_truth_within_its_errors(data, start):
 
 def test_intervals_know_that_a_power_likelihood_narrows_priors_only_for_the_fit(data, start):
     fit, temperature = refit(data, start, FREES, 1, 2, 12), 9.0
-    narrower = fit._replace(frees=tuple(free._replace(sd=free.sd / 3.0) for free in fit.frees))
+    narrower = fit._replace(free_parameters=tuple(free._replace(sd=free.sd / 3.0) for free in fit.free_parameters))
     J = slopes_of(data, fit)
     np.testing.assert_allclose(standard_errors(narrower, J, 14, temperature), standard_errors(fit, J, 14), rtol=1e-9)
 

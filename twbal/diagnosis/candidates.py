@@ -6,7 +6,7 @@ from twbal.core.robot_model import UNBOUNDED
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import PlanarParameters
-from twbal.sysid.model import ANGLE_LEAD, Free, TiltOffset
+from twbal.sysid.model import ANGLE_LEAD, FreeParameter, TiltOffset
 
 LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
@@ -100,10 +100,10 @@ class Candidate(NamedTuple):
         return {self.field(p): UNBOUNDED if p.is_limit else p.none for p in self.parameters}
 
     @property
-    def frees(self) -> tuple[Free, ...]:
+    def free_parameters(self) -> tuple[FreeParameter, ...]:
         """Its parameters as free values without a prior."""
         return tuple(
-            Free(
+            FreeParameter(
                 self.field(p),
                 *(p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low)),
                 *(self.name, p.name, p.has_bounds),
@@ -112,13 +112,13 @@ class Candidate(NamedTuple):
         )
 
 
-def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[Free, ...]:
+def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[FreeParameter, ...]:
     """The constant by which the tilt of each recording may be off; none where it may not."""
     sd = tolerances.tilt_offset
-    return tuple(Free(TiltOffset(k), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
+    return tuple(FreeParameter(TiltOffset(k), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
 
 
-def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: int) -> tuple[Free, ...]:
+def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: int) -> tuple[FreeParameter, ...]:
     """What every model may change: the data sheet's values, the sensors' timing and tilt offsets, within tolerances.
 
     Args:
@@ -128,7 +128,7 @@ def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: in
     """
     values = [(field, float(getattr(planar, field))) for field in (*DATA_SHEET, *WHEELS)]
     sheet = [
-        Free(
+        FreeParameter(
             field,
             *(LOWEST * value, HIGHEST * value, value, tolerances.of(field) * value, _NUDGE * value),
             *(DATA_SHEET[field][:2] if field in DATA_SHEET else ()),
@@ -138,7 +138,7 @@ def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: in
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,
-        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
-        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
+        FreeParameter("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
+        FreeParameter(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
         *tilt_offsets(tolerances, recordings),
     )

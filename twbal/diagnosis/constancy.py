@@ -42,9 +42,9 @@ def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) ->
     """
     if not hypothesis.effects:
         return ()
-    model, frees, white = hypothesis.fit.model, hypothesis.fit.frees, hypothesis.fit.white
-    J, pull = slopes_of(data, hypothesis.fit), prior_slopes(frees, model)
-    fields = [free.field for free in frees]
+    model, free_parameters, white = hypothesis.fit.model, hypothesis.fit.free_parameters, hypothesis.fit.white
+    J, pull = slopes_of(data, hypothesis.fit), prior_slopes(free_parameters, model)
+    fields = [free.field for free in free_parameters]
     axes = _axes(data, [prediction.states for prediction in data.predictions(model, hypothesis.fit.kalman)])
     found = []
     for candidate in hypothesis.effects:
@@ -56,8 +56,8 @@ def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) ->
         for axis, values in axes.items():
             side = np.where(values > np.median(values), 0.5, -0.5)
             A = np.column_stack([J, J[:, column] * np.repeat(side, 4)])
-            H = np.zeros((len(frees) + 1,) * 2)
-            H[:-1, :-1] = curvature(frees, J) - J.T @ J
+            H = np.zeros((len(free_parameters) + 1,) * 2)
+            H[:-1, :-1] = curvature(free_parameters, J) - J.T @ J
             H += A.T @ A
             covariance, gradient = np.linalg.pinv(H), A.T @ white
             gradient[:-1] += pull

@@ -194,7 +194,7 @@ def _explaining(tested: Sequence[ValueDifference]) -> list[ValueDifference]:
 def _shared(chosen: FittedHypothesis, pooled: Pooled, allowed: Mapping[Field, float]) -> list[SharedValue]:
     """Parameters of effects, but for frequencies and phases of waves, and values of the data sheet."""
     model, found = chosen.fit.model, []
-    columns = {free.field: i for i, free in enumerate(chosen.fit.frees)}
+    columns = {free.field: i for i, free in enumerate(chosen.fit.free_parameters)}
     for candidate in chosen.candidates:
         for p in candidate.parameters[:1] if candidate.is_wave else candidate.parameters:
             field = candidate.field(p)
@@ -235,17 +235,20 @@ def _added(
 
 def _pooled(data: Data, fit: Fit) -> Pooled:
     """Recordings about a fit to the first of them."""
-    frees, model = fit.frees, fit.model
+    free_parameters, model = fit.free_parameters, fit.model
     if model.offsets:
         known = len(model.offsets)
-        first = next(free for free in frees if isinstance(free.field, TiltOffset))
+        first = next(free for free in free_parameters if isinstance(free.field, TiltOffset))
         more = tuple(first._replace(field=TiltOffset(k)) for k in range(known, len(data.recordings)))
-        frees, model = (*frees, *more), model._replace(offsets=(*model.offsets, *(0.0 for _ in more)))
+        free_parameters, model = (
+            (*free_parameters, *more),
+            model._replace(offsets=(*model.offsets, *(0.0 for _ in more))),
+        )
     white = data.white(model, fit.kalman)
-    J = slopes(data, model, fit.kalman, frees, white)
+    J = slopes(data, model, fit.kalman, free_parameters, white)
     ends = np.cumsum([0, *(len(recording) for recording in data.recordings)])
     blocks = [_blocks(begin, end, data.period) for begin, end in pairwise(ends.tolist())]
-    return Pooled(model, J, white, curvature(frees, J[:0]), prior_slopes(frees, model), blocks)
+    return Pooled(model, J, white, curvature(free_parameters, J[:0]), prior_slopes(free_parameters, model), blocks)
 
 
 def _blocks(begin: int, end: int, period: float) -> list[slice]:

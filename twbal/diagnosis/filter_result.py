@@ -10,7 +10,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import Filter, error_variances
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.prediction_error_fit import descend
@@ -26,7 +26,7 @@ def filter_recordings(
     angle_lead: float,
     recordings: Sequence[Recording],
     substeps: int,
-    offsets: tuple[float, ...] | Sequence[Free] = (),
+    offsets: tuple[float, ...] | Sequence[FreeParameter] = (),
 ) -> FilterResult:
     """What a model with known values makes of recordings, whether it was fitted to them or not.
 
@@ -44,13 +44,15 @@ def filter_recordings(
     return filter_result_of(data, with_offsets(data, model, offsets), effects)
 
 
-def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence[Free]) -> Model:
+def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence[FreeParameter]) -> Model:
     """The model with these offsets, or with those that fit best; all else stays."""
-    frees = [offset for offset in offsets if isinstance(offset, Free)]
-    if not frees:
-        return model._replace(offsets=tuple(float(offset) for offset in offsets if not isinstance(offset, Free)))
-    start = model._replace(offsets=(0.0,) * len(frees))
-    return descend(data, start, data.filter(start), frees, _OFFSET_STEPS).model
+    free_parameters = [offset for offset in offsets if isinstance(offset, FreeParameter)]
+    if not free_parameters:
+        return model._replace(
+            offsets=tuple(float(offset) for offset in offsets if not isinstance(offset, FreeParameter))
+        )
+    start = model._replace(offsets=(0.0,) * len(free_parameters))
+    return descend(data, start, data.filter(start), free_parameters, _OFFSET_STEPS).model
 
 
 def one_step_errors(data: Data, model: Model, best: Model) -> tuple[Array, ...]:

@@ -22,7 +22,7 @@ from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
 from twbal.sysid.kalman import Filter
 from twbal.sysid.likelihood import cost
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.smooth_regression import PriorFit, evidence, null_gains
 
 _SURE = 0.05  # p-value above which nothing is drawn
@@ -49,9 +49,9 @@ class FreeFormInputs(NamedTuple):
 
     data: Data
     chosen: FittedHypothesis
-    always: Sequence[Free]
+    always: Sequence[FreeParameter]
     kept_back: Data
-    offsets: tuple[float, ...] | Sequence[Free]
+    offsets: tuple[float, ...] | Sequence[FreeParameter]
     form: float
 
 
@@ -113,13 +113,13 @@ class _Whole(NamedTuple):
 
     data: Data
     chosen: FittedHypothesis
-    always: Sequence[Free]
+    always: Sequence[FreeParameter]
 
     def without(self, names: Sequence[str], model: Model, weights: list[Array]) -> LinearErrors:
         """The errors of the set without some of its effects, with the noise of a model."""
         gone = [candidate for candidate in self.chosen.candidates if candidate.name in names]
         none = {field: value for candidate in gone for field, value in candidate.none.items()}
-        kept = [free for free in self.chosen.fit.frees if free.field not in none]
+        kept = [free for free in self.chosen.fit.free_parameters if free.field not in none]
         kept += [free for free in self.always if free.field in none]
         return linear_errors(self.data, model.put(none), kept, self.data.filter(model), weights)
 

@@ -12,7 +12,7 @@ from twbal.diagnosis.free_form_shape import shape_of
 from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
 from twbal.sysid.intervals import NORMAL95
 from twbal.sysid.kalman import Filter, LinearPlanarModel
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.smooth_function import Smooth
 from twbal.sysid.smooth_regression import PriorFit, Projected, Weights, posterior_weights
 
@@ -123,7 +123,11 @@ def _sandwich(fitted: Fitted, weights: Weights, dispersion: float) -> Array:
 
 
 def held_out_share(
-    fitted: Fitted, before: Model, kept_back: Data, offsets: tuple[float, ...] | Sequence[Free], dispersion: float
+    fitted: Fitted,
+    before: Model,
+    kept_back: Data,
+    offsets: tuple[float, ...] | Sequence[FreeParameter],
+    dispersion: float,
 ) -> float:
     """Share of the mean square error of predictions over about 0.15 s on held-out data that goes with it.
 
@@ -145,7 +149,7 @@ def held_out_share(
     errors = kept_back.errors(plain, kalman)
     model = with_offsets(kept_back, fitted.at.moved(moved)._replace(noise=before.noise), offsets)
     at = linear_errors(kept_back, model, (), kalman, weights_of(kept_back, kalman, errors))
-    constants = (moved + fitted.at.off)[len(fitted.at.frees) :]
+    constants = (moved + fitted.at.off)[len(fitted.at.free_parameters) :]
     left = at.left_by(fitted.candidate, fitted.functions)
     corrected = [e - A @ weights + J @ constants for e, A, J in zip(at.errors, left, at.slopes, strict=True)]
     steps = max(round(_AHEAD / kept_back.period), 1)

@@ -11,7 +11,7 @@ from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, refit
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12
@@ -89,18 +89,20 @@ class FittedHypothesis(NamedTuple):
         )
 
     @property
-    def at_bound(self) -> tuple[Free, ...]:
+    def at_bound(self) -> tuple[FreeParameter, ...]:
         """What is no value but where a search ended.
 
         Parameters that ran to a bound other than the one that is no effect, those of the data sheet and of the sensors
         among them; and the first parameters of overriding effects.
         """
-        found = [free for free in self.fit.frees if is_at_bound(free, self.fit.model.value(free.field))]
-        overriding = [candidate.frees[0] for candidate in self.candidates if candidate.name in self.overriding]
+        found = [free for free in self.fit.free_parameters if is_at_bound(free, self.fit.model.value(free.field))]
+        overriding = [
+            candidate.free_parameters[0] for candidate in self.candidates if candidate.name in self.overriding
+        ]
         return tuple(dict.fromkeys([*found, *overriding]))
 
 
-def is_at_bound(free: Free, value: float) -> bool:
+def is_at_bound(free: FreeParameter, value: float) -> bool:
     """Whether a free value ran to a bound; the mean of its prior is none, and not all values have bounds.
 
     Limits have ranges over decades: how near their low bound is, that bound says.
@@ -126,7 +128,7 @@ class Round(NamedTuple):
 
 
 def fit_hypothesis(
-    data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate], rounds: int
+    data: Data, model: Model, always: Sequence[FreeParameter], candidates: Sequence[Candidate], rounds: int
 ) -> FittedHypothesis:
     """Fit a set of effects in full.
 
@@ -140,9 +142,9 @@ def fit_hypothesis(
     Raises:
         DataError: predictions without any of the effects diverge.
     """
-    own = [free for candidate in candidates for free in candidate.frees]
-    frees = [free for free in always if free.field not in {o.field for o in own}] + own
-    fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
+    own = [free for candidate in candidates for free in candidate.free_parameters]
+    free_parameters = [free for free in always if free.field not in {o.field for o in own}] + own
+    fit = refit(data, model, free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     kalman = data.filter(fit.model)
     errors = data.errors(fit.model, kalman)
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
@@ -168,7 +170,7 @@ def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tup
 def add_one(
     data: Data,
     base: FittedHypothesis,
-    always: Sequence[Free],
+    always: Sequence[FreeParameter],
     candidates: Sequence[Candidate],
     shortlist: int,
     rounds: int = FULL_ROUNDS,

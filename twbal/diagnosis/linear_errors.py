@@ -19,7 +19,7 @@ from twbal.diagnosis.free_form_candidates import (
 )
 from twbal.planar.constants import constants
 from twbal.sysid.kalman import Filter, LinearPlanarModel, first_reading, respond_each
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise_fit import refilter
 from twbal.sysid.smooth_function import Smooth, smooth_over
 from twbal.sysid.smooth_regression import Projected, projected
@@ -36,7 +36,7 @@ class LinearErrors:
     Attributes:
         data: recordings.
         model: about which errors are linear.
-        frees: what is free in it.
+        free_parameters: what is free in it.
         kalman: filter that made the errors.
         linear: the linear model of the model.
         errors: (T + 1, 4) of each recording.
@@ -50,7 +50,7 @@ class LinearErrors:
 
     data: Data
     model: Model
-    frees: tuple[Free, ...]
+    free_parameters: tuple[FreeParameter, ...]
     kalman: Filter
     linear: LinearPlanarModel
     errors: list[Array]
@@ -102,32 +102,34 @@ class LinearErrors:
     def moved(self, moved: Array) -> Model:
         """The model with its free values moved from their priors' means, within their bounds."""
         values = {}
-        for free, step in zip(self.frees, (moved + self.off)[: len(self.frees)].tolist(), strict=True):
+        for free, step in zip(
+            self.free_parameters, (moved + self.off)[: len(self.free_parameters)].tolist(), strict=True
+        ):
             values[free.field] = min(max(self.model.value(free.field) + step, free.low), free.high)
         return self.model.put(values)
 
 
 def linear_errors(
-    data: Data, model: Model, frees: Sequence[Free], kalman: Filter, weights: list[Array]
+    data: Data, model: Model, free_parameters: Sequence[FreeParameter], kalman: Filter, weights: list[Array]
 ) -> LinearErrors:
     """Linearise the errors that a filter makes of a model, by finite differences forward, or backward at a bound.
 
     Args:
         data: recordings.
         model: about which errors are linear.
-        frees: what is free in it.
+        free_parameters: what is free in it.
         kalman: the filter.
         weights: of instants, as of `weights_of`.
     """
     predictions = data.predictions(model, kalman)
     errors = [prediction.errors for prediction in predictions]
-    columns = [_slopes_by(free, data, model, kalman, errors) for free in frees]
-    precision = np.array([1.0 / free.sd**2 + _RIDGE / (free.high - free.low) ** 2 for free in frees])
-    off = np.array([(free.mean - model.value(free.field)) / free.sd**2 for free in frees]) / precision
+    columns = [_slopes_by(free, data, model, kalman, errors) for free in free_parameters]
+    precision = np.array([1.0 / free.sd**2 + _RIDGE / (free.high - free.low) ** 2 for free in free_parameters])
+    off = np.array([(free.mean - model.value(free.field)) / free.sd**2 for free in free_parameters]) / precision
     limit = float(model.planar.torque_limit)
     sds = np.array([limit, limit / constants(model.planar, data.period).radius, 1.0]) * _CONSTANTS
     found = LinearErrors(
-        data, model, tuple(frees), kalman, data.linear(model), errors, [], np.append(precision, sds**-2.0),
+        data, model, tuple(free_parameters), kalman, data.linear(model), errors, [], np.append(precision, sds**-2.0),
         np.append(off, np.zeros(len(sds))), courses(data, model, kalman, predictions), weights,
     )  # fmt: skip
     slopes = []
@@ -141,7 +143,7 @@ def linear_errors(
     return replace(found, slopes=slopes)
 
 
-def _slopes_by(free: Free, data: Data, model: Model, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
+def _slopes_by(free: FreeParameter, data: Data, model: Model, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
     """Derivatives of the errors of each recording by a free value; 0, so that it stays, where predictions diverge."""
     value = model.value(free.field)
     nudges = (free.nudge, -free.nudge) if value + free.nudge <= free.high else (-free.nudge,)

@@ -216,8 +216,10 @@ def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -
     It has no effect for the wheels' mass and inertia: these go back to the data sheet, and what else is free makes up.
     That is far to go along a narrow valley; a fit that ends half-way begins its rollouts at a wrong motion.
     """
-    kept = [free for free in hypothesis.fit.frees if free.field not in WHEELS]
-    start = hypothesis.fit.model.put({free.field: free.mean for free in hypothesis.fit.frees if free.field in WHEELS})
+    kept = [free for free in hypothesis.fit.free_parameters if free.field not in WHEELS]
+    start = hypothesis.fit.model.put(
+        {free.field: free.mean for free in hypothesis.fit.free_parameters if free.field in WHEELS}
+    )
     model = descend(data, start, data.filter(start), kept, _ITERATIONS).model
     effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
     for field, factor in DATA_SHEET.items():

@@ -78,10 +78,10 @@ def with_offsets(prior: Prior, comparison: ModelComparison, recordings: int) -> 
     """A prior with a new constant of the tilt in each of so many recordings."""
     if not recordings:
         return prior
-    first = next(free for free in comparison.rivals[0].fit.frees if isinstance(free.field, TiltOffset))
+    first = next(free for free in comparison.rivals[0].fit.free_parameters if isinstance(free.field, TiltOffset))
     offsets = tuple(first._replace(field=TiltOffset(number)) for number in range(recordings))
-    size = len(prior.frees)
+    size = len(prior.free_parameters)
     H = np.zeros((size + recordings,) * 2)
     H[:size, :size] = prior.curvature
     H[size:, size:] = np.eye(recordings) / first.sd**2
-    return Prior((*prior.frees, *offsets), H)
+    return Prior((*prior.free_parameters, *offsets), H)

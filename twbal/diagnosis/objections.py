@@ -241,7 +241,7 @@ def _to_the_data_sheet(
 def _bounded_values(hypothesis: FittedHypothesis) -> dict[str, tuple[float, str]]:
     """Factors of the data sheet's values that ran to a bound although a prior holds them, and which bound."""
     found = {}
-    for free in hypothesis.fit.frees:
+    for free in hypothesis.fit.free_parameters:
         if free.field in (*DATA_SHEET, *WHEELS) and np.isfinite(free.sd):
             value = hypothesis.fit.model.value(free.field)
             if is_at_bound(free, value):

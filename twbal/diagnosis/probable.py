@@ -170,7 +170,7 @@ def estimates(
     """Parameters of effects of a fitted set with their 95 % intervals, by effect and parameter."""
     slopes = slopes_of(data, hypothesis.fit)
     errors = standard_errors(hypothesis.fit, slopes, settings.blocks, hypothesis.temperature)
-    by_field = dict(zip([free.field for free in hypothesis.fit.frees], errors.tolist(), strict=True))
+    by_field = dict(zip([free.field for free in hypothesis.fit.free_parameters], errors.tolist(), strict=True))
     found: dict[str, dict[str, Estimate]] = {}
     for candidate in candidates:
         found[candidate.name] = {}

@@ -73,11 +73,11 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
 
 def _fit_briefly(data: Data, fit: Fit, J: Array, scored: ScoredCandidate) -> ScoredCandidate:
     """Fit a candidate by a few steps, with the slopes by all else as they are without it."""
-    own = scored.candidate.frees
-    kept = [i for i, free in enumerate(fit.frees) if free.field not in {o.field for o in own}]
-    frees = [fit.frees[i] for i in kept]
-    begin = float(fit.white @ fit.white) + penalty(fit.frees, fit.values)
-    after = descend(data, scored.model, fit.kalman, [*frees, *own], _ITERATIONS, J[:, kept])
+    own = scored.candidate.free_parameters
+    kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in {o.field for o in own}]
+    free_parameters = [fit.free_parameters[i] for i in kept]
+    begin = float(fit.white @ fit.white) + penalty(fit.free_parameters, fit.values)
+    after = descend(data, scored.model, fit.kalman, [*free_parameters, *own], _ITERATIONS, J[:, kept])
     return scored._replace(gain=begin - after.cost, model=after.model)
 
 
@@ -106,14 +106,14 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
     if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
-    kept = [i for i, free in enumerate(fit.frees) if free.field not in start]
-    frozen, frees = J[:, kept], [fit.frees[i] for i in kept]
-    ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
+    kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in start]
+    frozen, free_parameters = J[:, kept], [fit.free_parameters[i] for i in kept]
+    ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in free_parameters])
     normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
-    own = [free for free in fit.frees if free.field in start]
+    own = [free for free in fit.free_parameters if free.field in start]
     freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
-    shift = penalty(fit.frees, fit.values)
+    shift = penalty(fit.free_parameters, fit.values)
     far = shift > _FAR
     best, gain, detectability = np.inf, -np.inf, 0.0
     model = fit.model.put(now)
@@ -140,7 +140,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         if cost < best:
             best, model = cost, tried
         if far and not small:
-            home = tried.put({free.field: free.mean for free in frees if np.isfinite(free.sd)})
+            home = tried.put({free.field: free.mean for free in free_parameters if np.isfinite(free.sd)})
             cost = float(np.nan_to_num(np.sum(data.white(home, fit.kalman) ** 2), nan=np.inf))
             gain = max(gain, shift + float(fit.white @ fit.white) - cost)
             if cost - shift < best:

@@ -11,7 +11,7 @@ from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round, add_one, fit_hypothesis
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 
 _BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
 _BEGIN = 0.3  # share of their start values at which several effects begin at once
@@ -55,7 +55,7 @@ class Problem(NamedTuple):
 
     data: Data
     start: Model
-    always: Sequence[Free]
+    always: Sequence[FreeParameter]
     candidates: Sequence[Candidate]
     settings: Settings
     rounds: int = FULL_ROUNDS

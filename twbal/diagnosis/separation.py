@@ -21,7 +21,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.sysid.intervals import curvature
-from twbal.sysid.model import Data, Free, Model, TiltOffset
+from twbal.sysid.model import Data, FreeParameter, Model, TiltOffset
 from twbal.sysid.normal_equations import solve_normal
 from twbal.sysid.prediction_error_fit import Fit, slopes
 
@@ -32,25 +32,25 @@ class Prior(NamedTuple):
     """What the first data say of a rival's free values, but for the tilt's offsets: those are of a recording.
 
     Attributes:
-        frees: the values.
+        free_parameters: the values.
         curvature: (P, P), half the second derivatives of the cost.
     """
 
-    frees: tuple[Free, ...]
+    free_parameters: tuple[FreeParameter, ...]
     curvature: Array
 
 
 def prior_of(data: Data, fit: Fit) -> Prior:
     """The curvature of a fit's cost, the tilt's offsets of the first recordings marginalised (Schur complement)."""
-    J = slopes(data, fit.model, fit.kalman, fit.frees, fit.white)
-    H = curvature(fit.frees, J)
-    own = np.array([isinstance(free.field, TiltOffset) for free in fit.frees])
+    J = slopes(data, fit.model, fit.kalman, fit.free_parameters, fit.white)
+    H = curvature(fit.free_parameters, J)
+    own = np.array([isinstance(free.field, TiltOffset) for free in fit.free_parameters])
     H = H + _RIDGE * np.diag(np.diag(H))
     shared = H[np.ix_(~own, ~own)]
     if own.any():
         cross = H[np.ix_(own, ~own)]
         shared = shared - cross.T @ np.linalg.solve(H[np.ix_(own, own)], cross)
-    return Prior(tuple(free for free, mine in zip(fit.frees, own, strict=True) if not mine), shared)
+    return Prior(tuple(free for free, mine in zip(fit.free_parameters, own, strict=True) if not mine), shared)
 
 
 def divergences(data: Data, models: Sequence[Model], priors: Sequence[Prior]) -> Array:
@@ -66,7 +66,7 @@ def divergences(data: Data, models: Sequence[Model], priors: Sequence[Prior]) ->
     whites = [data.white(model, kalman) for model in models]
     found = np.zeros((len(models),) * 2)
     for j, prior in enumerate(priors):
-        J = slopes(data, models[j], kalman, prior.frees, whites[j])
+        J = slopes(data, models[j], kalman, prior.free_parameters, whites[j])
         for i in range(len(models)):
             if i != j:
                 found[i, j] = projected(whites[j] - whites[i], J, prior.curvature)

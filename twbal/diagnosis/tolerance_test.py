@@ -30,9 +30,9 @@ def tolerance_statistic(data: Data, fit: Fit, tolerances: Mapping[str, float]) -
         tolerances: shares by which values of the data sheet may be off, by field.
     """
     values, J = fit.values, slopes_of(data, fit)
-    scales = np.array([free.sd if np.isfinite(free.sd) else free.high - free.low for free in fit.frees])
+    scales = np.array([free.sd if np.isfinite(free.sd) else free.high - free.low for free in fit.free_parameters])
     low, high, priors, aims = [], [], [], []
-    for i, (free, value) in enumerate(zip(fit.frees, values, strict=True)):
+    for i, (free, value) in enumerate(zip(fit.free_parameters, values, strict=True)):
         ends = (free.low, free.high)
         if free.field in (*DATA_SHEET, *WHEELS) and np.isfinite(free.sd):
             tolerance = tolerances[free.field]

@@ -65,7 +65,7 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
 def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
     """How far the data pull the values of the data sheet, the largest first."""
     found = []
-    for free in hypothesis.fit.frees:
+    for free in hypothesis.fit.free_parameters:
         if free.field in DATA_SHEET:
             factor = hypothesis.fit.model.value(free.field) / free.mean
             sigmas = (factor - 1.0) / settings.tolerances.of(free.field)

@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.sysid.model import Free, Model
+from twbal.sysid.model import FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit
 
 NORMAL95 = 1.959964
@@ -25,18 +25,18 @@ def _parts(count: int, blocks: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def curvature(frees: Sequence[Free], J: Array) -> Array:
+def curvature(free_parameters: Sequence[FreeParameter], J: Array) -> Array:
     """Half the second derivatives of a fit's cost, (P, P), from the slopes (N, P) and the priors."""
-    sds = np.array([free.sd for free in frees])
-    ranges = np.array([free.high - free.low for free in frees])
+    sds = np.array([free.sd for free in free_parameters])
+    ranges = np.array([free.high - free.low for free in free_parameters])
     H: Array = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / ranges**2)
     return H
 
 
-def prior_slopes(frees: Sequence[Free], model: Model) -> Array:
+def prior_slopes(free_parameters: Sequence[FreeParameter], model: Model) -> Array:
     """Half the slopes of the priors' part of a fit's cost, (P,), at the values of a model."""
-    means, sds = np.array([free.mean for free in frees]), np.array([free.sd for free in frees])
-    values = np.array([model.value(free.field) for free in frees])
+    means, sds = np.array([free.mean for free in free_parameters]), np.array([free.sd for free in free_parameters])
+    values = np.array([model.value(free.field) for free in free_parameters])
     return np.asarray((values - means) / sds**2)
 
 
@@ -49,8 +49,8 @@ def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -
         blocks: into which the data are cut.
         temperature: of a power likelihood, by the square root of which the fit's priors are narrower than they are.
     """
-    frees = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.frees]
-    inverse = np.linalg.inv(curvature(frees, J))
+    free_parameters = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.free_parameters]
+    inverse = np.linalg.inv(curvature(free_parameters, J))
     pulls = np.array([J[part].T @ fit.white[part] for part in _parts(len(fit.white), blocks)])  # (B, P)
     pulls -= pulls.mean(axis=0)
     spread = pulls.T @ pulls * blocks / (blocks - 1)

@@ -41,7 +41,7 @@ Field = str | TiltOffset
 """A field of `PlanarParameters`, `ANGLE_LEAD`, or the tilt's offset in a recording."""
 
 
-class Free(NamedTuple):
+class FreeParameter(NamedTuple):
     """A value that a fit may change.
 
     Attributes:

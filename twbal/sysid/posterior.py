@@ -24,7 +24,7 @@ from twbal.core.threads import in_threads
 from twbal.core.time_base import evened
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.robot_distribution import SLOW_FILTERS, RobotDistribution, filter_lead
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import UNSENSED, NoiseModel
 from twbal.sysid.prediction_error_fit import Fit, refit, slopes_of
 from twbal.sysid.recording import MEASURED, Recording
@@ -267,10 +267,10 @@ def tilt_error(observations: Array, wheel_radius: float, period: float, filter_r
     return error
 
 
-def _free(prior: RobotDistribution) -> list[Free]:
+def _free(prior: RobotDistribution) -> list[FreeParameter]:
     sds = np.sqrt(np.diag(prior.covariance))
     return [
-        Free(field, float(low), float(high), float(mean), float(sd), float(_NUDGE * sd))
+        FreeParameter(field, float(low), float(high), float(mean), float(sd), float(_NUDGE * sd))
         for field, low, high, mean, sd in zip(prior.fields, prior.low, prior.high, prior.mean, sds, strict=True)
     ]
 

@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
@@ -24,14 +24,14 @@ class Fit(NamedTuple):
 
     Attributes:
         model: with the fitted values in it.
-        frees: what was free.
+        free_parameters: what was free.
         cost: -2 log likelihood and log prior, but for a constant; of `descend`, without the filter's determinants.
         kalman: the filter that made its prediction errors: that of the model which this fit began from.
         white: whitened prediction errors, flat (N,).
     """
 
     model: Model
-    frees: tuple[Free, ...]
+    free_parameters: tuple[FreeParameter, ...]
     cost: float
     kalman: Filter
     white: Array
@@ -39,19 +39,19 @@ class Fit(NamedTuple):
     @property
     def values(self) -> Array:
         """(P,) fitted values."""
-        return np.array([self.model.value(free.field) for free in self.frees])
+        return np.array([self.model.value(free.field) for free in self.free_parameters])
 
 
-def penalty(frees: Sequence[Free], values: Array) -> float:
+def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
     """-2 log prior of free values, but for a constant."""
-    means, sds = np.array([free.mean for free in frees]), np.array([free.sd for free in frees])
+    means, sds = np.array([free.mean for free in free_parameters]), np.array([free.sd for free in free_parameters])
     return float((((values - means) / sds) ** 2).sum())
 
 
-def slopes(data: Data, model: Model, kalman: Filter, frees: Sequence[Free], white: Array) -> Array:
+def slopes(data: Data, model: Model, kalman: Filter, free_parameters: Sequence[FreeParameter], white: Array) -> Array:
     """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound."""
-    columns = np.empty((len(white), len(frees)))
-    for i, free in enumerate(frees):
+    columns = np.empty((len(white), len(free_parameters)))
+    for i, free in enumerate(free_parameters):
         value = model.value(free.field)
         nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
         columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
@@ -64,14 +64,14 @@ def slopes_of(data: Data, fit: Fit) -> Array:
     With its own filter: that of the fitted model makes other errors, and a finite difference between the two is all
     filter and no derivative.
     """
-    return slopes(data, fit.model, fit.kalman, fit.frees, fit.white)
+    return slopes(data, fit.model, fit.kalman, fit.free_parameters, fit.white)
 
 
 def descend(
     data: Data,
     model: Model,
     kalman: Filter,
-    frees: Sequence[Free],
+    free_parameters: Sequence[FreeParameter],
     iterations: int,
     known: Array | None = None,
 ) -> Fit:
@@ -86,21 +86,21 @@ def descend(
         data: recordings.
         model: where the search begins.
         kalman: the filter.
-        frees: what is free.
+        free_parameters: what is free.
         iterations: at most; none where predictions diverge. The cost is infinite where they do at `model`.
         known: slopes by the first of them, (N, K), which are taken to be the same everywhere; None: all are computed.
     """
-    sds = np.array([free.sd for free in frees])
-    means = np.array([free.mean for free in frees])
-    low, high = np.array([free.low for free in frees]), np.array([free.high for free in frees])
-    names = [free.field for free in frees]
+    sds = np.array([free.sd for free in free_parameters])
+    means = np.array([free.mean for free in free_parameters])
+    low, high = np.array([free.low for free in free_parameters]), np.array([free.high for free in free_parameters])
+    names = [free.field for free in free_parameters]
     x = np.clip([model.value(name) for name in names], low, high)
     model = model.put(dict(zip(names, x.tolist(), strict=True)))
     white = data.white(model, kalman)
-    best = _cost(white, frees, x)
+    best = _cost(white, free_parameters, x)
     damping, begin = _FIRST_DAMPING, 0 if known is None else known.shape[1]
     for _ in range(iterations):
-        J = slopes(data, model, kalman, frees[begin:], white)
+        J = slopes(data, model, kalman, free_parameters[begin:], white)
         J = J if known is None else np.hstack([known, J])
         if not np.isfinite(J).all():  # predictions diverge, here or a nudge from here
             break
@@ -111,7 +111,7 @@ def descend(
             trial = _step(x, gradient, H, damping, low, high)
             moved = model.put(dict(zip(names, trial.tolist(), strict=True)))
             after = data.white(moved, kalman)
-            value = _cost(after, frees, trial)
+            value = _cost(after, free_parameters, trial)
             if value < best:
                 gained, best, x, model, white = best - value, value, trial, moved, after
                 damping = max(0.01 * damping, _FIRST_DAMPING)
@@ -121,12 +121,12 @@ def descend(
                 break
         if gained < _SETTLED:
             break
-    return Fit(model, tuple(frees), best, kalman, white)
+    return Fit(model, tuple(free_parameters), best, kalman, white)
 
 
-def _cost(white: Array, frees: Sequence[Free], x: Array) -> float:
+def _cost(white: Array, free_parameters: Sequence[FreeParameter], x: Array) -> float:
     """-2 log posterior but for a constant; infinite where predictions diverge."""
-    found = float(white @ white) + penalty(frees, x)
+    found = float(white @ white) + penalty(free_parameters, x)
     return found if np.isfinite(found) else np.inf
 
 
@@ -138,7 +138,14 @@ def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high:
     return np.clip(np.where(at_low, low, np.where(at_high, high, x + found.x)), low, high)
 
 
-def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iterations: int, noise_iterations: int) -> Fit:
+def refit(
+    data: Data,
+    model: Model,
+    free_parameters: Sequence[FreeParameter],
+    rounds: int,
+    iterations: int,
+    noise_iterations: int,
+) -> Fit:
     """Values and noise in turn, until neither gains: a fit with the filter of the noise, then the noise of the fit.
 
     Costs of different filters are comparable: they include the log determinants of the errors' covariances. No round
@@ -147,15 +154,15 @@ def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iteratio
     Args:
         data: recordings.
         model: where the search begins.
-        frees: what is free.
+        free_parameters: what is free.
         rounds: of both, at most.
         iterations: of each fit, at most.
         noise_iterations: of each fit of the noise, at most.
     """
-    best = _with_determinants(data, descend(data, model, data.filter(model), frees, iterations))
+    best = _with_determinants(data, descend(data, model, data.filter(model), free_parameters, iterations))
     for _ in range(rounds):
         begin, kalman = _likelier_noise(data, best, noise_iterations)
-        found = _with_determinants(data, descend(data, begin, kalman, frees, iterations))
+        found = _with_determinants(data, descend(data, begin, kalman, free_parameters, iterations))
         gained, best = best.cost - found.cost, found
         if gained < _CONVERGED:
             break
@@ -191,7 +198,7 @@ def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filte
         model = fit.model._replace(noise=NoiseModel(*levels))
         kalman = data.filter(model)
         white = data.white(model, kalman)
-        value = float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman)
+        value = float(white @ white) + penalty(fit.free_parameters, fit.values) + _log_determinants(data, kalman)
         if value + data.penalty(model) < fit.cost:
             return model, kalman
     return fit.model, fit.kalman
