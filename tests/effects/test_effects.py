@@ -134,8 +134,8 @@ def test_effects_act_at_their_place_in_whatever_order_they_are_listed(paper):
     effects = [DeadZone(1.0), TorqueGain(0.5), ActuationDelay(0.002), MotorLag(0.01)]
     outputs = []
     for order in permutations(effects):
-        running = assemble(paper, order).start(H, np.random.default_rng(0))
-        outputs.append([running.actuate(u) for u in (4.0, -3.0, 2.0, 0.5, -0.2)])
+        effect_state = assemble(paper, order).start(H, np.random.default_rng(0))
+        outputs.append([effect_state.actuate(u) for u in (4.0, -3.0, 2.0, 0.5, -0.2)])
     assert all(o == outputs[0] for o in outputs)
     delayed = np.array([0, 0, 4.0, -3.0, 2.0])
     np.testing.assert_allclose(

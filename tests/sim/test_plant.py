@@ -155,13 +155,13 @@ def quiet_start(paper):
 
 
 def test_the_heading_of_a_pose_is_how_far_it_has_turned_to_the_left(paper):
-    machine = assemble(paper, [])
-    world = World(machine, 0.001)
+    model = assemble(paper, [])
+    world = World(model, 0.001)
     world.reset(InitialState(0.0, 0.0, 0.0))
     world.resume(RestartState(wheel_angle=0.0, yaw_rate=2.0), 0.0)
     turned = 0.0
     for _ in range(100):
-        world.advance(0.0, machine.start(0.001, np.random.default_rng(0)), 1)
+        world.advance(0.0, model.start(0.001, np.random.default_rng(0)), 1)
         turned += 0.001 * world.motion().yaw_rate
     assert world.pose().heading == pytest.approx(turned, rel=1e-3)
     assert turned > 0.1

@@ -101,12 +101,12 @@ def test_rotors_that_turn_with_the_gears_feel_friction_from_the_first_step_on(re
 
 def test_wheels_that_slip_go_on_slipping(robot):
     """The truth is the world itself, which knows its speed over ground."""
-    machine = assemble(robot, [WheelSlip(0.1)])
-    world, running = World(machine, STEP), machine.start(STEP, np.random.default_rng(0))
+    model = assemble(robot, [WheelSlip(0.1)])
+    world, effect_state = World(model, STEP), model.start(STEP, np.random.default_rng(0))
     world.reset(InitialState(0.3, 0.0, 0.0))
     motions = [world.motion()]
     for _ in range(12):
-        world.advance(8.0, running, round(robot.control_period / STEP))
+        world.advance(8.0, effect_state, round(robot.control_period / STEP))
         motions.append(world.motion())
     world.close()
     at = motions[6]

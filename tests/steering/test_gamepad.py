@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from twbal.core.errors import ConfigError
-from twbal.steering.asked import Key, Sticks
 from twbal.steering.gamepad import Gamepad, RecordedGamepad, gamepad
 from twbal.steering.joystick import DEAD_ZONE, EVENT, JoystickDecoder, Layout
+from twbal.steering.request import Key, Sticks
 
 LAYOUT = Layout(speed_axis=1, turn_axis=0, rest_button=0, stop_button=1, end_button=7)
 BUTTON, AXIS, STATE = 1, 2, 0x80

@@ -5,8 +5,8 @@ import termios
 import pytest
 
 from twbal.core.errors import ConfigError
-from twbal.steering.asked import Key
 from twbal.steering.keyboard import Keyboard
+from twbal.steering.request import Key
 
 
 @pytest.fixture

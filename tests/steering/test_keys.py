@@ -1,7 +1,7 @@
 import pytest
 
-from twbal.steering.asked import Key
 from twbal.steering.keys import ESCAPE_TIME, KeyDecoder
+from twbal.steering.request import Key
 
 BYTES = {
     b"wW": [Key.FASTER] * 2,

@@ -7,9 +7,9 @@ import pytest
 from twbal.core.heading import HeadingSample
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation
-from twbal.steering.asked import Asked
 from twbal.steering.limits import SteeringLimits
 from twbal.steering.pace import Pace
+from twbal.steering.request import SteeringRequest
 from twbal.steering.status import Display, StatusLine
 from twbal.steering.steered import Moment
 
@@ -23,7 +23,7 @@ def limits(paper):
 
 def moment(time, angle=0.0, heading=None):
     seen = Observation(time, 0.05, 0.0, 0.0, angle, 2.0, 0.0)
-    return Moment(seen, Asked(0.4, -0.5), Motion(1.0, 0.25, 0.0), heading, 1.5)
+    return Moment(seen, SteeringRequest(0.4, -0.5), Motion(1.0, 0.25, 0.0), heading, 1.5)
 
 
 def test_a_line_has_what_is_asked_the_reference_and_the_robot(limits):

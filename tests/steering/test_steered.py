@@ -10,8 +10,8 @@ from twbal.core.episode import Outcome, Provenance
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Observation
 from twbal.core.reference import Reference
-from twbal.steering.asked import Key, Sticks
 from twbal.steering.limits import SteeringLimits
+from twbal.steering.request import Key, Sticks
 from twbal.steering.steered import SETTLING, SteeredCourse
 
 PLACE = Channels(("tilt", "speed", "position"), 0.15, PERIOD)

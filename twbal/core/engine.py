@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation, Plant, Pose
-from twbal.core.robot_model import Machine, Running
+from twbal.core.robot_model import EffectState, RobotModel
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 
@@ -39,8 +39,8 @@ class Engine(ABC):
         """Put the robot at its start, as though nothing had run before."""
 
     @abstractmethod
-    def advance(self, command: float, running: Running, steps: int) -> None:
-        """Take physics steps; in each, the joints get what `running` makes of the held command [N·m]."""
+    def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
+        """Take physics steps; in each, the joints get what `effect_state` makes of the held command [N·m]."""
 
     @abstractmethod
     def motion(self) -> RobotMotion:
@@ -62,7 +62,7 @@ class EnginePlant(Plant):
     before it. A command is cut to the torque limit and held for one control period.
 
     Args:
-        machine: the robot with its effects.
+        model: the robot with its effects.
         engine: integrates it, at `physics_step`.
         start: where rollouts begin.
         physics_step: [s].
@@ -72,22 +72,22 @@ class EnginePlant(Plant):
         ConfigError: the physics step does not divide the control period.
     """
 
-    def __init__(self, machine: Machine, engine: Engine, start: StartPose, physics_step: float, seed: int) -> None:
-        self.control_period, self.command_limit = machine.robot.control_period, machine.torque_limit
-        self._machine = machine
+    def __init__(self, model: RobotModel, engine: Engine, start: StartPose, physics_step: float, seed: int) -> None:
+        self.control_period, self.command_limit = model.robot.control_period, model.torque_limit
+        self._model = model
         self._engine = engine
         self._start = start
         self._physics_step = physics_step
         self._substeps = substeps(self.control_period, physics_step)
         self._seed = seed
-        self._running = Running((), ())
+        self._effect_state = EffectState((), ())
         self._periods = 0
         self._speed = 0.0
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
         initial = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
-        self._running = self._machine.start(self._physics_step, generator(Stream.SENSOR_NOISE, self._seed, trial))
+        self._effect_state = self._model.start(self._physics_step, generator(Stream.SENSOR_NOISE, self._seed, trial))
         self._engine.reset(initial)
         self._periods = 0
         self._speed = self._engine.motion().speed
@@ -95,7 +95,7 @@ class EnginePlant(Plant):
 
     def step(self, command: float) -> Observation:
         """Hold the command, cut to the torque limit, for one control period."""
-        self._engine.advance(self._machine.clip(command), self._running, self._substeps)
+        self._engine.advance(self._model.clip(command), self._effect_state, self._substeps)
         self._periods += 1
         return self._observe()
 
@@ -123,7 +123,7 @@ class EnginePlant(Plant):
             wheel_rate=motion.wheel_rate,
             yaw_rate=motion.yaw_rate,
         )
-        return self._running.sense(truth)
+        return self._effect_state.sense(truth)
 
 
 def substeps(control_period: float, physics_step: float) -> int:

@@ -168,7 +168,7 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Machine:
+class RobotModel:
     """A robot with its effects applied.
 
     Attributes:
@@ -195,7 +195,7 @@ class Machine:
         """The command, cut to the torque limit [N·m]."""
         return min(max(float(command), -self.torque_limit), self.torque_limit)
 
-    def start(self, physics_step: float, rng: np.random.Generator) -> "Running":
+    def start(self, physics_step: float, rng: np.random.Generator) -> "EffectState":
         """Fresh memory for one rollout; each effect draws from a stream of its own."""
         streams = rng.spawn(len(self.actuators) + len(self.sensors))
         actuators = [a.start(physics_step, stream) for a, stream in zip(self.actuators, streams, strict=False)]
@@ -203,11 +203,11 @@ class Machine:
         period = self.robot.control_period
         sensors = [s.start(period, stream) for s, stream in zip(self.sensors, sensing, strict=True)]
         joints = tuple(joint.start(self.robot, physics_step) for joint in self.joints)
-        return Running(tuple(actuators), tuple(sensors), joints)
+        return EffectState(tuple(actuators), tuple(sensors), joints)
 
 
 @dataclass(frozen=True)
-class Running:
+class EffectState:
     """What actuators, joints and sensors remember within one rollout."""
 
     actuators: tuple[TorqueFilter, ...]

@@ -31,8 +31,8 @@ from twbal.core.robot_model import (
     Ground,
     JointMotion,
     JointTorque,
-    Machine,
     Reading,
+    RobotModel,
     Sensor,
     SensorFilter,
     TorqueFilter,
@@ -250,7 +250,7 @@ class ReadingEffect(SensorEffect, SensorTerm):
         return shown
 
 
-def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
+def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
     """The robot with its effects, each at its place, whatever the order in which they are listed.
 
     Commands are cut at the data sheet's torque limit.
@@ -260,7 +260,7 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
     torque_limit = robot.torque_limit
     for effect in ordered:
         robot, drive, ground = effect.alter(robot), effect.alter(drive), effect.alter(ground)
-    return Machine(
+    return RobotModel(
         robot=robot,
         torque_limit=torque_limit,
         drive=drive,

@@ -21,7 +21,7 @@ SHEET = (
 _CLASS = "Parameters"
 
 
-class Own(NamedTuple):
+class EffectFields(NamedTuple):
     """Where the parameters of an effect lie among all numbers.
 
     Attributes:
@@ -49,7 +49,7 @@ class PlanarParameters(tuple[float, ...]):
     """
 
     __slots__ = ()
-    effects: ClassVar[tuple[Own, ...]]
+    effects: ClassVar[tuple[EffectFields, ...]]
     not_linear: ClassVar[dict[str, float]]
     _field_defaults: ClassVar[dict[str, float]]
 
@@ -120,7 +120,7 @@ def _class_of(effects: tuple[tuple[str, type[Effect]], ...], digest: str) -> typ
     first = len(SHEET)
     for _, kind in effects:
         end = first + len(parameters_of(kind))
-        own.append(Own(kind, namedtuple(f"{kind.__name__}Values", tuple(parameters_of(kind))), first, end))
+        own.append(EffectFields(kind, namedtuple(f"{kind.__name__}Values", tuple(parameters_of(kind))), first, end))
         first = end
     # Machine code is kept by the name of this class, which therefore stands for the code of effects from outside.
     name = f"{_CLASS}{digest}"

@@ -16,7 +16,7 @@ from twbal.core.quantities import changed as _changed
 from twbal.core.robot_model import AxleMotion, DriveTrain, Ground, JointMotion, Reading
 from twbal.effects.effect import AxleTerm, JointTerm, SensorTerm, TorqueTerm
 from twbal.effects.parameter import parameters_of
-from twbal.planar.parameters import SHEET, Own, PlanarParameters
+from twbal.planar.parameters import SHEET, EffectFields, PlanarParameters
 
 Term = Callable[[Any, Any, Any], Any]
 """Method of an effect: of its parameters, what comes in, and where or when it acts."""
@@ -24,7 +24,7 @@ Term = Callable[[Any, Any, Any], Any]
 changed = kernel(is_kept=False)(_changed)
 
 
-def _chain(steps: Iterable[Own], method: str, gives: type, value: Any, at: Any) -> Term:
+def _chain(steps: Iterable[EffectFields], method: str, gives: type, value: Any, at: Any) -> Term:
     """One function of p, what comes in, and where or when, which lets the terms act one after the other.
 
     Args:
@@ -41,12 +41,12 @@ def _chain(steps: Iterable[Own], method: str, gives: type, value: Any, at: Any) 
     return chain
 
 
-def _after(before: Term, term: Term, own: Own) -> Term:
+def _after(before: Term, term: Term, own: EffectFields) -> Term:
     values, first, end = own.values, own.first, own.end
     return kernel(is_kept=False, is_inlined=True)(lambda p, x, at: term(values(*p[first:end]), before(p, x, at), at))
 
 
-def _ordered(parameters: type[PlanarParameters]) -> list[Own]:
+def _ordered(parameters: type[PlanarParameters]) -> list[EffectFields]:
     """The effects in the order in which they act."""
     return sorted(parameters.effects, key=lambda own: (own.kind.place, own.kind.is_last))
 

@@ -26,5 +26,5 @@ class SimPlant(EnginePlant):
     def __init__(
         self, *, robot: RobotParameters, effects: Sequence[Effect], start: StartPose, physics_step: float, seed: int
     ) -> None:
-        machine = assemble(robot, effects)
-        super().__init__(machine, World(machine, physics_step), start, physics_step, seed)
+        model = assemble(robot, effects)
+        super().__init__(model, World(model, physics_step), start, physics_step, seed)

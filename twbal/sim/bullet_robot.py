@@ -10,7 +10,7 @@ from math import atan2, cos, hypot, sin
 
 from twbal.core.engine import RobotMotion
 from twbal.core.plant import Pose
-from twbal.core.robot_model import Machine
+from twbal.core.robot_model import RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.sim.bullet import Client, pybullet
@@ -35,12 +35,12 @@ class BulletRobot:
     Args:
         client: the world.
         robot: masses and lengths.
-        machine: friction of its joints and the grip of its tyres.
+        model: friction of its joints and the grip of its tyres.
     """
 
-    def __init__(self, client: Client, robot: RobotParameters, machine: Machine) -> None:
-        self._client, self._robot, self._drive = client, robot, machine.drive
-        self._shares = [0.5 * (1.0 + side * machine.drive.imbalance) for side in _SIDES]  # of the motors' torque
+    def __init__(self, client: Client, robot: RobotParameters, model: RobotModel) -> None:
+        self._client, self._robot, self._drive = client, robot, model.drive
+        self._shares = [0.5 * (1.0 + side * model.drive.imbalance) for side in _SIDES]  # of the motors' torque
         height, offset = robot.com_height, robot.com_offset
         self._arm = height * sin(offset), height * cos(offset)  # axle to centre of mass, in the body's x and z [m]
         self._id = client.load(urdf_text(robot), {}, pybullet.URDF_USE_INERTIA_FROM_FILE)
@@ -51,8 +51,8 @@ class BulletRobot:
                 link,
                 linearDamping=0,
                 angularDamping=0,
-                jointDamping=machine.drive.viscous_friction,
-                lateralFriction=min(machine.ground.grip, 1.0),
+                jointDamping=model.drive.viscous_friction,
+                lateralFriction=min(model.ground.grip, 1.0),
                 spinningFriction=0,
                 rollingFriction=0,
                 restitution=0,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
-from twbal.core.robot_model import Machine
+from twbal.core.robot_model import RobotModel
 from twbal.core.robot_parameters import RobotParameters
 
 
@@ -20,8 +20,8 @@ class Gears:
         friction_changes: whether the joints' dry friction depends on their rate.
     """
 
-    def __init__(self, machine: Machine, physics_step: float) -> None:
-        drive, robot = machine.drive, machine.robot
+    def __init__(self, model: RobotModel, physics_step: float) -> None:
+        drive, robot = model.drive, model.robot
         loose = drive.gap > 0
         self.robot: RobotParameters = (
             replace(robot, wheel_inertia=(1 - drive.rotor_share) * robot.wheel_inertia) if loose else robot

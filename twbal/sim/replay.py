@@ -10,7 +10,7 @@ from twbal.core.engine import substeps
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
-from twbal.core.robot_model import Machine, Running
+from twbal.core.robot_model import EffectState, RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect, assemble
@@ -62,13 +62,13 @@ def replay(
     """
     if len(starts) != len(commands):
         raise DataError(f"A replay needs commands for each of {len(starts)} starts; found {len(commands)}.")
-    machine = assemble(robot, [effect for effect in effects if not isinstance(effect, _LEFT_OUT)])
-    world = World(machine, physics_step)
+    model = assemble(robot, [effect for effect in effects if not isinstance(effect, _LEFT_OUT)])
+    world = World(model, physics_step)
     steps = substeps(robot.control_period, physics_step)
-    actuated = _Actuated(machine, physics_step, steps)
+    actuated = _Actuated(model, physics_step, steps)
     try:
         courses = [
-            _course(world, machine, physics_step, steps, start, held, actuated)
+            _course(world, model, physics_step, steps, start, held, actuated)
             for start, held in zip(starts, commands, strict=True)
         ]
     finally:
@@ -82,9 +82,9 @@ class _Actuated:
     Actuators know of commands alone, so what a delay or a battery remembers at a start is what it came to on the way.
     """
 
-    def __init__(self, machine: Machine, physics_step: float, steps: int) -> None:
-        self._machine, self._physics_step, self._steps = machine, physics_step, steps
-        self._running = self._fresh()
+    def __init__(self, model: RobotModel, physics_step: float, steps: int) -> None:
+        self._model, self._physics_step, self._steps = model, physics_step, steps
+        self._effect_state = self._fresh()
         self._commands, self._torques = np.zeros(0), list[float]()  # so far
 
     def torques(self, past: Array, held: Array) -> Iterator[float]:
@@ -92,19 +92,19 @@ class _Actuated:
         commands = np.concatenate([past, held])
         known = min(len(self._commands), len(commands))
         if not np.array_equal(self._commands[:known], commands[:known]):  # another recording
-            self._running, self._commands, self._torques = self._fresh(), np.zeros(0), []
-        for command in map(self._machine.clip, commands[len(self._commands) :]):
-            self._torques += [self._running.actuate(command) for _ in range(self._steps)]
+            self._effect_state, self._commands, self._torques = self._fresh(), np.zeros(0), []
+        for command in map(self._model.clip, commands[len(self._commands) :]):
+            self._torques += [self._effect_state.actuate(command) for _ in range(self._steps)]
         self._commands = max(self._commands, commands, key=len)
         return iter(self._torques[len(past) * self._steps : len(commands) * self._steps])
 
-    def _fresh(self) -> Running:
-        return self._machine.start(self._physics_step, np.random.default_rng(0))
+    def _fresh(self) -> EffectState:
+        return self._model.start(self._physics_step, np.random.default_rng(0))
 
 
 def _course(
     world: World,
-    machine: Machine,
+    model: RobotModel,
     physics_step: float,
     steps: int,
     start: ReplayStart,
@@ -112,15 +112,15 @@ def _course(
     actuated: _Actuated,
 ) -> list[Observation]:
     """The observations after one start."""
-    period = machine.robot.control_period
-    running = _remembering(machine, physics_step, start)
-    if any(actuator.remembers for actuator in machine.actuators):
+    period = model.robot.control_period
+    effect_state = _remembering(model, physics_step, start)
+    if any(actuator.remembers for actuator in model.actuators):
         torques = actuated.torques(start.past_commands, commands)
-        running = dataclasses.replace(running, actuators=(lambda _: next(torques),))
+        effect_state = dataclasses.replace(effect_state, actuators=(lambda _: next(torques),))
     time = len(start.past_commands) * period
     world.reset(start.initial, start.restart.heading)
     acceleration = 0.0
-    if running.joints:
+    if effect_state.joints:
         acceleration = world.glide()
         world.reset(start.initial, start.restart.heading)
     world.resume(start.restart, time, acceleration)
@@ -128,7 +128,7 @@ def _course(
     seen = []
     for i in range(len(commands) + 1):
         if i:
-            world.advance(machine.clip(commands[i - 1]), running, steps)
+            world.advance(model.clip(commands[i - 1]), effect_state, steps)
         now = world.motion()
         truth = Observation(
             time=time + i * period,
@@ -140,15 +140,15 @@ def _course(
             yaw_rate=now.yaw_rate,
         )
         speed = now.speed
-        seen.append(running.sense(truth))
+        seen.append(effect_state.sense(truth))
     return seen
 
 
-def _remembering(machine: Machine, physics_step: float, start: ReplayStart) -> Running:
+def _remembering(model: RobotModel, physics_step: float, start: ReplayStart) -> EffectState:
     """Sensors as the motion before the start left them, and fresh actuators."""
-    running = machine.start(physics_step, np.random.default_rng(0))
+    effect_state = model.start(physics_step, np.random.default_rng(0))
     before = float(start.past_motion[0, 2]) if len(start.past_motion) else 0.0
-    for tilt, rate, speed in start.past_motion.tolist() if running.sensors else ():
-        running.sense(Observation(0.0, tilt, rate, (speed - before) / machine.robot.control_period, 0.0, 0.0, 0.0))
+    for tilt, rate, speed in start.past_motion.tolist() if effect_state.sensors else ():
+        effect_state.sense(Observation(0.0, tilt, rate, (speed - before) / model.robot.control_period, 0.0, 0.0, 0.0))
         before = speed
-    return running
+    return effect_state

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
-from twbal.core.robot_model import AxleMotion, Machine
+from twbal.core.robot_model import AxleMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
 
 _SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
@@ -33,14 +33,14 @@ class OutsideForces:
         pushes: forces at the axle.
     """
 
-    def __init__(self, machine: Machine, physics_step: float) -> None:
-        ground = machine.ground
+    def __init__(self, model: RobotModel, physics_step: float) -> None:
+        ground = model.ground
         self._bound = 2 * ground.rolling_resistance
         self._viscous = 2 * ground.rolling_viscous
-        self.pushes = machine.pushes
-        self._weight = (machine.robot.body_mass + 2 * machine.robot.wheel_mass) * GRAVITY
+        self.pushes = model.pushes
+        self._weight = (model.robot.body_mass + 2 * model.robot.wheel_mass) * GRAVITY
         self._physics_step = physics_step
-        self._stopping = 1 / (physics_step * wheel_mobility(machine.robot))  # torque that stops a rate in one step
+        self._stopping = 1 / (physics_step * wheel_mobility(model.robot))  # torque that stops a rate in one step
         self.needed = bool(self._bound or self._viscous or self.pushes)
         self.reset()
 

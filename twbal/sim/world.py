@@ -8,7 +8,7 @@ from math import atan2, cos, sin
 from twbal.core.engine import Engine, RobotMotion
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Pose
-from twbal.core.robot_model import JointMotion, Machine, Running
+from twbal.core.robot_model import EffectState, JointMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import InitialState
 from twbal.sim.bullet import Client, pybullet
@@ -22,28 +22,28 @@ _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by
 
 
 class World(Engine):
-    """Integrates a machine by PyBullet.
+    """Integrates a robot by PyBullet.
 
     Friction of joints and tyres is that of `BulletRobot`, and a slope is gravity that leans: all inside the engine.
     What the engine has no form for acts on it step by step: see `Gears` and `OutsideForces`.
 
     Args:
-        machine: the robot with its effects.
+        model: the robot with its effects.
         physics_step: [s], at most 1 ms.
 
     Raises:
         ConfigError: the physics step is too long, or PyBullet has no world left.
     """
 
-    def __init__(self, machine: Machine, physics_step: float) -> None:
+    def __init__(self, model: RobotModel, physics_step: float) -> None:
         if not 0 < physics_step <= _LARGEST_STEP:
             raise ConfigError(
                 f"PyBullet rolls wheels rightly at physics steps of at most {_LARGEST_STEP} s; found {physics_step} s."
             )
-        self._slope = machine.ground.slope
+        self._slope = model.ground.slope
         self._physics_step = physics_step
-        self._gears = Gears(machine, physics_step)
-        self._surroundings = OutsideForces(machine, physics_step)
+        self._gears = Gears(model, physics_step)
+        self._surroundings = OutsideForces(model, physics_step)
         self._client = client = Client()
         client.setPhysicsEngineParameter(
             fixedTimeStep=physics_step,
@@ -53,7 +53,7 @@ class World(Engine):
         )
         ground = client.createMultiBody(0, client.createCollisionShape(pybullet.GEOM_PLANE))
         client.changeDynamics(ground, -1, lateralFriction=1)
-        self._robot = BulletRobot(client, self._gears.robot, machine)
+        self._robot = BulletRobot(client, self._gears.robot, model)
         self._fresh = client.saveState()  # to restore it takes a hundredth of the time
 
     def reset(self, initial: InitialState, heading: float = 0.0) -> None:
@@ -96,16 +96,16 @@ class World(Engine):
         self._gears.reset(restart.rotor_ahead)
         self._surroundings.reset(restart.position, time)
 
-    def advance(self, command: float, running: Running, steps: int) -> None:
+    def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
         step, drive = self._client.stepSimulation, self._robot.drive
-        if self._gears.needed or self._surroundings.needed or running.joints:
+        if self._gears.needed or self._surroundings.needed or effect_state.joints:
             for _ in range(steps):
-                self._act(running.actuate(command), running)
+                self._act(effect_state.actuate(command), effect_state)
                 step()
-        elif running.actuators:
+        elif effect_state.actuators:
             for _ in range(steps):
-                drive(running.actuate(command))
+                drive(effect_state.actuate(command))
                 step()
         else:
             for _ in range(steps):
@@ -124,20 +124,20 @@ class World(Engine):
         """Disconnect from PyBullet."""
         self._client.close()
 
-    def _act(self, torque: float, running: Running) -> None:
+    def _act(self, torque: float, effect_state: EffectState) -> None:
         """Give the engine all that it must have anew in each physics step.
 
         Args:
             torque: of the motors, as the actuators give it [N·m].
-            running: what acts in the joints.
+            effect_state: what acts in the joints.
         """
         motion, before = self.motion(), self._rate_before
         acceleration = self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
         self._rate_before = motion.wheel_rate
-        apart = self._robot.apart() if running.joints or self._surroundings.pushes else 0.0
-        if running.joints:
+        apart = self._robot.apart() if effect_state.joints or self._surroundings.pushes else 0.0
+        if effect_state.joints:
             joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart)
-            torque = running.turn(torque, joint)
+            torque = effect_state.turn(torque, joint)
         if self._gears.friction_changes:
             self._robot.hold(motion.wheel_rate)
         passed = self._gears.pass_on(torque, motion)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Self
 
 from twbal.core.errors import ConfigError
-from twbal.steering.asked import Key, Sticks
 from twbal.steering.joystick import EVENT, JoystickDecoder, JoystickEvent, Layout, Pad
+from twbal.steering.request import Key, Sticks
 from twbal.steering.source import Source
 
 _READ = 64 * EVENT.size  # bytes at once

@@ -9,7 +9,7 @@ import struct
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from twbal.steering.asked import Key, Sticks
+from twbal.steering.request import Key, Sticks
 
 EVENT = struct.Struct("=IhBB")
 _BUTTON, _AXIS, _STATE = 1, 2, 0x80

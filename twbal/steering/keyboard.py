@@ -8,8 +8,8 @@ from contextlib import suppress
 from typing import Any, Self
 
 from twbal.core.errors import ConfigError
-from twbal.steering.asked import Key, Sticks
 from twbal.steering.keys import KeyDecoder
+from twbal.steering.request import Key, Sticks
 from twbal.steering.source import Source
 
 _LFLAG, _IFLAG, _CHARACTERS = 3, 0, 6  # of what tcgetattr returns

@@ -1,6 +1,6 @@
 """From the bytes of a terminal to keys."""
 
-from twbal.steering.asked import Key
+from twbal.steering.request import Key
 
 ESCAPE_TIME = 0.05
 """An escape after which nothing comes for so long is the key, and not the beginning of an arrow's bytes [s]."""

@@ -8,7 +8,7 @@ from twbal.core.course import GIVE_WAY
 from twbal.core.errors import ConfigError
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.robot_parameters import RobotParameters
-from twbal.steering.asked import Response
+from twbal.steering.request import Response
 
 
 @dataclass(frozen=True)

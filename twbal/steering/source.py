@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 
-from twbal.steering.asked import Key, Sticks
+from twbal.steering.request import Key, Sticks
 
 
 class Source(ABC):

@@ -9,8 +9,8 @@ from twbal.core.heading import HeadingSample
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import STILL, Motion
 from twbal.core.plant import Observation
-from twbal.steering.asked import Asked, Key, Steering
 from twbal.steering.limits import SteeringLimits
+from twbal.steering.request import Key, Steering, SteeringRequest
 from twbal.steering.source import Source
 
 SETTLING = 2.0
@@ -29,7 +29,7 @@ class Moment(NamedTuple):
     """
 
     seen: Observation
-    asked: Asked
+    asked: SteeringRequest
     reference: Motion
     heading: HeadingSample | None
     command: float

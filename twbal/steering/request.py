@@ -37,7 +37,7 @@ class Sticks(NamedTuple):
     turn: float
 
 
-class Asked(NamedTuple):
+class SteeringRequest(NamedTuple):
     """What is asked for.
 
     Attributes:
@@ -83,7 +83,7 @@ class Steering:
     """
 
     def __init__(self, response: Response) -> None:
-        self.asked = Asked()
+        self.asked = SteeringRequest()
         self.ending = self.stopped = ""
         self.events: list[Event] = []
         self._response = response
@@ -100,7 +100,7 @@ class Steering:
         if what is Key.END:
             self.end(time, "ended by a key")
         elif isinstance(what, Sticks):
-            self.asked = Asked(_within_one(what.speed), _within_one(what.turn))
+            self.asked = SteeringRequest(_within_one(what.speed), _within_one(what.turn))
         elif what is Key.KEEP:
             self._turned = time
         else:
@@ -109,7 +109,7 @@ class Steering:
     def end(self, time: float, why: str) -> None:
         """Ask for nothing any more, and have the drive end once the reference is at rest."""
         if not self.ending:
-            self.asked, self.ending = Asked(), why
+            self.asked, self.ending = SteeringRequest(), why
             self.events.append(Event(time, f"{why}: the reference goes to rest"))
 
     def wait(self, time: float) -> None:
@@ -119,8 +119,8 @@ class Steering:
         if time - self._turned > max(TURN_TIME, self._response.input_timeout):
             self.asked = self.asked._replace(turn=0.0)
         silence = self._response.input_timeout
-        if self.asked != Asked() and not self._response.hold and time - self._heard > silence:
-            self.asked = Asked()
+        if self.asked != SteeringRequest() and not self._response.hold and time - self._heard > silence:
+            self.asked = SteeringRequest()
             self.events.append(Event(time, f"no key for {silence:g} s: the reference goes to rest"))
 
     def _press(self, time: float, key: Key) -> None:
@@ -131,7 +131,7 @@ class Steering:
             turn, self._turned = self._response.turn * (1 if key is Key.LEFT else -1), time
         else:
             speed = turn = 0.0
-        self.asked = Asked(0.0 if abs(speed) < _NONE else _within_one(speed), turn)
+        self.asked = SteeringRequest(0.0 if abs(speed) < _NONE else _within_one(speed), turn)
 
 
 def _within_one(share: float) -> float:

@@ -1,6 +1,6 @@
 import pytest
 
-from twbal.steering.asked import Asked, Key, Response, Steering, Sticks
+from twbal.steering.request import Key, Response, Steering, SteeringRequest, Sticks
 
 STEP, TURN, TIMEOUT = 0.1, 0.5, 0.5
 
@@ -21,17 +21,17 @@ def after(*keys, hold=False, every=0.03):
 @pytest.mark.parametrize(
     ("keys", "asked"),
     [
-        ([Key.FASTER] * 3, Asked(0.3, 0.0)),
-        ([Key.FASTER] * 3 + [Key.SLOWER] * 3, Asked()),
-        ([Key.SLOWER] * 2, Asked(-0.2, 0.0)),
-        ([Key.FASTER] * 40, Asked(1.0, 0.0)),
-        ([Key.SLOWER] * 40, Asked(-1.0, 0.0)),
-        ([Key.FASTER, Key.LEFT], Asked(0.1, TURN)),
-        ([Key.LEFT, Key.RIGHT], Asked(0.0, -TURN)),
-        ([Key.FASTER, Key.LEFT, Key.KEEP], Asked(0.1, TURN)),
-        ([Key.FASTER, Key.LEFT, Key.REST], Asked()),
-        ([Sticks(0.4, -0.2)], Asked(0.4, -0.2)),
-        ([Sticks(0.4, 0.0), Key.FASTER], Asked(0.5, 0.0)),
+        ([Key.FASTER] * 3, SteeringRequest(0.3, 0.0)),
+        ([Key.FASTER] * 3 + [Key.SLOWER] * 3, SteeringRequest()),
+        ([Key.SLOWER] * 2, SteeringRequest(-0.2, 0.0)),
+        ([Key.FASTER] * 40, SteeringRequest(1.0, 0.0)),
+        ([Key.SLOWER] * 40, SteeringRequest(-1.0, 0.0)),
+        ([Key.FASTER, Key.LEFT], SteeringRequest(0.1, TURN)),
+        ([Key.LEFT, Key.RIGHT], SteeringRequest(0.0, -TURN)),
+        ([Key.FASTER, Key.LEFT, Key.KEEP], SteeringRequest(0.1, TURN)),
+        ([Key.FASTER, Key.LEFT, Key.REST], SteeringRequest()),
+        ([Sticks(0.4, -0.2)], SteeringRequest(0.4, -0.2)),
+        ([Sticks(0.4, 0.0), Key.FASTER], SteeringRequest(0.5, 0.0)),
     ],
 )
 def test_keys_come_to_a_speed_and_a_turn(keys, asked):
@@ -42,9 +42,9 @@ def test_keys_come_to_a_speed_and_a_turn(keys, asked):
 def test_silence_of_half_a_second_ends_what_keys_asked_for_and_not_before():
     steered, last = after(Key.FASTER, Key.LEFT)
     steered.wait(last + TIMEOUT - 1e-6)
-    assert steered.asked == Asked(STEP, TURN)
+    assert steered.asked == SteeringRequest(STEP, TURN)
     steered.wait(last + TIMEOUT + 1e-6)
-    assert steered.asked == Asked()
+    assert steered.asked == SteeringRequest()
     (event,) = steered.events
     assert event.text == "no key for 0.5 s: the reference goes to rest"
     steered.wait(last + 10.0)
@@ -58,13 +58,13 @@ def test_with_more_time_for_keys_a_turn_outlasts_the_wait_for_the_first_repeat()
         steered.wait(time)
         assert steered.asked.turn == TURN
     steered.wait(1.01)
-    assert steered.asked == Asked()
+    assert steered.asked == SteeringRequest()
 
 
 def test_a_key_that_is_held_down_goes_on_as_long_as_it_repeats():
     steered, last = after(*[Key.FASTER] * 2, *[Key.KEEP] * 200, every=0.04)
     assert last > 5 * TIMEOUT
-    assert steered.asked == Asked(2 * STEP, 0.0)
+    assert steered.asked == SteeringRequest(2 * STEP, 0.0)
 
 
 def test_a_turn_ends_also_while_other_keys_keep_the_speed():
@@ -80,17 +80,17 @@ def test_a_turn_ends_also_while_other_keys_keep_the_speed():
 def test_a_speed_that_is_held_stays_without_keys_and_a_turn_does_not():
     steered, last = after(Key.FASTER, Key.LEFT, hold=True)
     steered.wait(last + 100.0)
-    assert steered.asked == Asked(STEP, 0.0) and not steered.events
+    assert steered.asked == SteeringRequest(STEP, 0.0) and not steered.events
 
 
 def test_sticks_count_until_they_are_moved():
     steered, last = after(Sticks(0.5, 0.5))
     steered.wait(last + 100.0)
-    assert steered.asked == Asked(0.5, 0.5)
+    assert steered.asked == SteeringRequest(0.5, 0.5)
 
 
 def test_from_the_end_on_nothing_but_a_stop_is_taken():
     steered, last = after(Key.FASTER, Key.END, Key.FASTER, Sticks(1.0, 0.0))
-    assert steered.asked == Asked() and steered.ending and not steered.stopped
+    assert steered.asked == SteeringRequest() and steered.ending and not steered.stopped
     steered.take(last, Key.STOP)
     assert steered.stopped == "stopped by a key"
