@@ -60,13 +60,13 @@ def main() -> None:
     )
     parser.add_argument("command", nargs="?", default="", help="one command, stop by stop: sim_collect, diagnose, ...")
     parser.add_argument("--draw", action="store_true", help=f"write {PICTURE.relative_to(ROOT)}")
-    told = parser.parse_args()
+    args = parser.parse_args()
     code = Code(ROOT / "twbal")
-    if told.draw:
+    if args.draw:
         PICTURE.write_text(picture(code, layers(ROOT), PARAMETERS))
     else:
-        for what in [told.parameter] if told.parameter else PARAMETERS:
-            print("\n".join(report(code, what, told.command)))
+        for what in [args.parameter] if args.parameter else PARAMETERS:
+            print("\n".join(report(code, what, args.command)))
 
 
 if __name__ == "__main__":

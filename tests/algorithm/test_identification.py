@@ -58,7 +58,7 @@ def test_what_the_simulation_was_given_is_where_the_estimate_begins_and_stays_wh
 def test_one_rollout_that_tells_something_is_enough(paper):
     lines = []
     found = identify(paper, {}, [falls_at_once(paper, 3), falls_at_once(paper, 12)], lines.append)
-    assert not found.nothing_told
+    assert not found.why_uninformative
     assert not np.array_equal(found.known.mean, found.prior.mean)
     (line,) = lines
     assert line.startswith("estimated from the rollouts: torque_gain_gain ")

@@ -7,7 +7,7 @@ import yaml
 
 from twbal.core.episode import Provenance
 from twbal.core.robot_parameters import RobotParameters
-from twbal.io.recorded_sheet import is_of_sheet, recorded_robot, told_robot
+from twbal.io.recorded_sheet import is_of_sheet, recorded_robot, robot_in_words
 
 CONFIG = "robot:\n  name: mine\n  body_mass: 1.0\nsteps: 3\n"
 
@@ -45,5 +45,5 @@ def test_a_log_says_the_whole_robot_that_it_was_recorded_with(paper: RobotParame
 
 
 def test_errors_name_the_sheet_beside_the_robot():
-    assert told_robot(Provenance("esp32", "robot", config=CONFIG)) == "'esp32', recorded with the sheet 'mine'"
-    assert told_robot(Provenance("paper", "robot")) == "'paper'"
+    assert robot_in_words(Provenance("esp32", "robot", config=CONFIG)) == "'esp32', recorded with the sheet 'mine'"
+    assert robot_in_words(Provenance("paper", "robot")) == "'paper'"

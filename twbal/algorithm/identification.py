@@ -27,13 +27,13 @@ class Identification:
         prior: by its sheet and simulation.
         known: by the rollouts too; the prior where they tell nothing.
         simulated: effects of the simulation that the prior is about.
-        nothing_told: why they tell nothing; "" where they do.
+        why_uninformative: why they tell nothing; "" where they do.
     """
 
     prior: RobotDistribution
     known: RobotDistribution
     simulated: EffectValues
-    nothing_told: str = ""
+    why_uninformative: str = ""
 
     @property
     def effects(self) -> EffectValues:

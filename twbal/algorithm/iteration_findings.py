@@ -114,9 +114,9 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     if not costs:
         return (0.0, 0.0, -(last.judged_success or 0.0), -first)
     share = sum(i.successes for i in tried) / sum(i.trials for i in tried)
-    told = having[0]  # by whose trials a run decides which policy to recalibrate
-    used = inf if told.used_worst is None else told.used_worst
-    oscillation = inf if isinf(used) else told.oscillation_worst or 0.0
+    decisive = having[0]  # by whose trials a run decides which policy to recalibrate
+    used = inf if decisive.used_worst is None else decisive.used_worst
+    oscillation = inf if isinf(used) else decisive.oscillation_worst or 0.0
     shown = Shown(share, oscillation, used)
     has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
     return (*shown.rank(most), -first if has_margin else 1.0, float(np.mean(costs)), first)
@@ -190,7 +190,7 @@ def _with_parts(iteration: Iteration, verdicts: Sequence[TrialVerdict]) -> Itera
     """The iteration with what its trials show part by part."""
     swings = [verdict.oscillation for verdict in verdicts if verdict.oscillation is not None]
     away = [verdict.farthest for verdict in verdicts if verdict.farthest is not None]
-    told_by = {verdict.place_by for verdict in verdicts if verdict.farthest is not None}
+    place_sources = {verdict.place_by for verdict in verdicts if verdict.farthest is not None}
     used = max((verdict.used for verdict in verdicts), default=inf)
     return replace(
         iteration,
@@ -198,7 +198,7 @@ def _with_parts(iteration: Iteration, verdicts: Sequence[TrialVerdict]) -> Itera
         settled=_count(verdict.settled for verdict in verdicts),
         in_place=_count(verdict.in_place for verdict in verdicts),
         quiet=_count(verdict.quiet for verdict in verdicts),
-        place_by=PlaceBy.ODOMETRY if PlaceBy.ODOMETRY in told_by else next(iter(told_by), None),
+        place_by=PlaceBy.ODOMETRY if PlaceBy.ODOMETRY in place_sources else next(iter(place_sources), None),
         farthest_median_m=_median(away),
         farthest_worst_m=max(away, default=None),
         command_change=_median([v.command_change for v in verdicts if v.command_change is not None]),
@@ -210,8 +210,8 @@ def _with_parts(iteration: Iteration, verdicts: Sequence[TrialVerdict]) -> Itera
 
 def _count(shown: Iterable[bool | None]) -> int | None:
     """How many are so; None where it was not asked of all, or of none."""
-    told = list(shown)
-    return None if not told or None in told else sum(map(bool, told))
+    parts = list(shown)
+    return None if not parts or None in parts else sum(map(bool, parts))
 
 
 def _median(values: Sequence[float]) -> float | None:

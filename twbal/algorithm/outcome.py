@@ -79,10 +79,10 @@ def _place(summary: Summary) -> str:
     worst = max((i.farthest_worst_m for i in tried if i.farthest_worst_m is not None), default=None)
     if not medians or worst is None:
         return "" if best.drift_m is None else f" In a trial it rolled {best.drift_m:.1f} m away (median)."
-    told_by = "odometry" if best.place_by is PlaceBy.ODOMETRY else "its true pose"
+    place_source = "odometry" if best.place_by is PlaceBy.ODOMETRY else "its true pose"
     return (
         f" Late in a trial it was at most {median(medians):.2f} m from where it was put (median; "
-        f"{worst:.2f} m in the worst), by {told_by}."
+        f"{worst:.2f} m in the worst), by {place_source}."
     )
 
 

@@ -146,8 +146,8 @@ def _prediction(found: Payload) -> Prediction:
 
 
 def _unknown(found: Payload, shape: tuple[int, ...]) -> Array | None:
-    is_told = "unknown" in found.names and found["unknown"] is not None
-    return found.numbers("unknown", shape) if is_told else None
+    is_present = "unknown" in found.names and found["unknown"] is not None
+    return found.numbers("unknown", shape) if is_present else None
 
 
 def _predictors(found: Payload, best: Assessment, horizon: int) -> tuple[PredictedBy, ...]:
@@ -174,14 +174,14 @@ def _predictors(found: Payload, best: Assessment, horizon: int) -> tuple[Predict
 
 def _saved_assessment(found: Payload) -> Assessment:
     cost, success, mean = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
-    told = [_share(found, name) for name in ("success_probability", "margin")]
-    return Assessment(found.text("origin"), cost, success, mean, _earlier(found), *told)
+    optional = [_share(found, name) for name in ("success_probability", "margin")]
+    return Assessment(found.text("origin"), cost, success, mean, _earlier(found), *optional)
 
 
 def _share(found: Payload, name: str) -> float | None:
     """A number from 0 to 1 that may be missing, as in an older file."""
-    is_told = name in found.names and found[name] is not None
-    return found.number(name, 0.0, 1.0) if is_told else None
+    is_present = name in found.names and found[name] is not None
+    return found.number(name, 0.0, 1.0) if is_present else None
 
 
 def _earlier(found: Payload) -> int | None:

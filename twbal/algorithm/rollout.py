@@ -268,5 +268,5 @@ class _Record:
 
     def _all_events(self) -> tuple[Event, ...]:
         followed = [self._reference, self.heading.reference if self.heading else None]
-        told = sorted(event for reference in followed if reference for event in reference.events)
-        return (*told, *self._events)
+        of_references = sorted(event for reference in followed if reference for event in reference.events)
+        return (*of_references, *self._events)

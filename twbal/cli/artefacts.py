@@ -13,7 +13,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError, LogError
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episode
-from twbal.io.recorded_sheet import is_of_sheet, told_robot
+from twbal.io.recorded_sheet import is_of_sheet, robot_in_words
 
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 POLICY_ENDING = ".pt"  # of a file, by which it is told from a folder
@@ -63,7 +63,7 @@ def episodes_of(files: Iterable[Path], robot: str) -> list[Episode]:
         provenance = found[-1].provenance
         if not is_of_sheet(provenance, robot):
             raise DataError(
-                f"{file} is an episode of the robot {told_robot(provenance)}; expected is {robot!r}. Choose the "
+                f"{file} is an episode of the robot {robot_in_words(provenance)}; expected is {robot!r}. Choose the "
                 "sheet that the episodes were made with by robot=..., with the --config-dir=... in which it lies."
             )
     return found

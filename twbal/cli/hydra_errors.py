@@ -203,8 +203,8 @@ def _target_of_nothing(target: str, reason: str) -> str:
             f"has a second line in its _target_, {rest!r}: yaml takes a line that is indented or has no colon for a "
             f"part of the one before. Write `_target_: {first}`, and below it, without blanks before it, `name: value`."
         )
-    told = f" ({reason})" if reason else ""
-    return f"has the _target_ {target}, which cannot be loaded{told}. Is it misspelt, or its module not on PYTHONPATH?"
+    why = f" ({reason})" if reason else ""
+    return f"has the _target_ {target}, which cannot be loaded{why}. Is it misspelt, or its module not on PYTHONPATH?"
 
 
 def _wrong_entries(message: str, cause: str) -> str:

@@ -226,7 +226,7 @@ def _outputs_are_whole(folder: Path, manifest: Manifest) -> bool:
     )
 
 
-def _told(settings: str) -> list[str]:
+def _as_overrides(settings: str) -> list[str]:
     """Settings as they are given on a command line, by their dotted keys."""
     tree = yaml.load(settings, yaml.BaseLoader)  # all values as text
     if not isinstance(tree, Mapping):
@@ -242,7 +242,7 @@ def _other_work(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], b
     elif before.seed != step.seed:
         what = f"seed {before.seed}"
     elif before.settings != step.settings:
-        old, new = set(_told(before.settings)), _told(step.settings)
+        old, new = set(_as_overrides(before.settings)), _as_overrides(step.settings)
         changed = [setting for setting in new if setting not in old]
         what = f"other settings (now new: {', '.join(changed[:3]) or 'some are gone'})"
     elif inputs != before.inputs:

@@ -156,19 +156,19 @@ def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
         raise ConfigError(f"{path} is no simulation: it {found}; expected {' and '.join(_PARTS)}.")
     try:
         step = [_step(sim["physics_step"])] if "physics_step" in sim else []
-        return step, {name: _effect(name, told) for name, told in _mapping("effects", sim.get("effects", {})).items()}
+        return step, {name: _effect(name, given) for name, given in _mapping("effects", sim.get("effects", {})).items()}
     except ConfigError as error:
         raise ConfigError(f"The simulation {path} cannot be: {error}") from error
 
 
-def _step(told: Any) -> str:
-    step = _number("physics_step", told)
+def _step(given: Any) -> str:
+    step = _number("physics_step", given)
     if not PHYSICS_STEP.takes(step):
         raise ConfigError(f"physics_step must be {PHYSICS_STEP.expected}; found {step}.")
     return f"sim.physics_step={text(step)}"
 
 
-def _effect(name: str, told: Any) -> dict[str, Any]:
+def _effect(name: str, given: Any) -> dict[str, Any]:
     """The node that makes an effect, of values that it takes."""
     from twbal.effects.library import all_effects  # here, as effects need numpy, before which threads are set
 
@@ -176,7 +176,7 @@ def _effect(name: str, told: Any) -> dict[str, Any]:
     if name not in known:
         raise ConfigError(f"there is no effect {name[:40]!r}. The effects are: {', '.join(known)}.")
     target = f"{known[name].__module__}.{known[name].__name__}"
-    values = _mapping(name, told)
+    values = _mapping(name, given)
     named = values.pop("_target_", target)  # files of earlier versions have it
     if named not in (target, target.replace("twbal.effects.", "twbal.sim.effects.")):
         raise ConfigError(f"_target_ of {name} must be {target}, or be left out; found {str(named)[:80]!r}.")
@@ -188,20 +188,20 @@ def _effect(name: str, told: Any) -> dict[str, Any]:
     return {"_target_": target, **numbers}
 
 
-def _mapping(where: str, told: Any) -> dict[str, Any]:
-    if told == "":  # a key with nothing after it
+def _mapping(where: str, given: Any) -> dict[str, Any]:
+    if given == "":  # a key with nothing after it
         return {}
-    if not isinstance(told, dict):
-        raise ConfigError(f"{where} must be a mapping of names; found {str(told)[:40]!r}.")
-    return dict(told)
+    if not isinstance(given, dict):
+        raise ConfigError(f"{where} must be a mapping of names; found {str(given)[:40]!r}.")
+    return dict(given)
 
 
-def _number(where: str, told: Any) -> float:
-    if not isinstance(told, str) or not _NUMBER.fullmatch(told) or not abs(float(told)) <= _LARGEST:
-        raise ConfigError(f"{where} must be a plain number within ±{_LARGEST:g}; found {str(told)[:40]!r}.")
-    return float(told)
+def _number(where: str, given: Any) -> float:
+    if not isinstance(given, str) or not _NUMBER.fullmatch(given) or not abs(float(given)) <= _LARGEST:
+        raise ConfigError(f"{where} must be a plain number within ±{_LARGEST:g}; found {str(given)[:40]!r}.")
+    return float(given)
 
 
-def _listed(told: dict[str, Any]) -> str:
-    names = ", ".join(repr(name[:40]) for name in list(told)[:8])
-    return (names + (", ..." if len(told) > 8 else "")) or "nothing"
+def _listed(given: dict[str, Any]) -> str:
+    names = ", ".join(repr(name[:40]) for name in list(given)[:8])
+    return (names + (", ..." if len(given) > 8 else "")) or "nothing"

@@ -58,15 +58,15 @@ def job_folder(overrides: Sequence[str], swept: Sequence[str] = (), sweep: str =
     digest = hashlib.sha256(whole.encode()).hexdigest()[:_DIGITS]
     if not swept:
         return _folder_name(whole, whole, digest, _LONGEST)
-    told = [word for word in sorted(overrides) if word.partition("=")[0].lstrip("+~") in swept]
-    name = _folder_name("__".join(told).replace("=", "-"), whole, digest, _LONGEST_OF_SWEPT)
+    kept = [word for word in sorted(overrides) if word.partition("=")[0].lstrip("+~") in swept]
+    name = _folder_name("__".join(kept).replace("=", "-"), whole, digest, _LONGEST_OF_SWEPT)
     before = [Path(sweep) / job_folder(overrides), *sorted(Path(sweep).glob(f"*_{digest}"))] if sweep else []
     return next((folder.name for folder in before if folder.is_dir()), name)
 
 
-def _folder_name(told: str, whole: str, digest: str, longest: int) -> str:
+def _folder_name(text: str, whole: str, digest: str, longest: int) -> str:
     """What is told of the overrides as a name, with the hash where that is not the whole."""
-    name = re.sub(r"[^\w.@-]", "_", told, flags=re.ASCII)[:longest]
+    name = re.sub(r"[^\w.@-]", "_", text, flags=re.ASCII)[:longest]
     return name or "default" if name == whole else f"{name}_{digest}"
 
 
@@ -164,12 +164,12 @@ class Job:
     def _noted(self, error: Exception) -> FailedJobError:
         """`error` written down in the job's folder."""
         hydra, plain = HydraConfig.get(), translated(error, self._stage)
-        told = " ".join(hydra.overrides.task)
+        overrides = " ".join(hydra.overrides.task)
         said = str(plain) if isinstance(plain, TwbalError) else f"{type(plain).__name__}: {plain}"
         said = " ".join(said.split())
         whole = "".join(traceback.format_exception(error))
         folder = Path(hydra.runtime.output_dir)
-        write_atomically(folder / FAILURE, f"{told}\n{said}\nsweep {self._sweep}\n\n{whole}")
+        write_atomically(folder / FAILURE, f"{overrides}\n{said}\nsweep {self._sweep}\n\n{whole}")
         return FailedJobError(said, hydra.sweep.dir)
 
     def failures(self, first: FailedJobError, words: Sequence[str]) -> SweepError:
@@ -182,7 +182,7 @@ class Job:
         print("\n".join(job_lines(first.sweep)), flush=True)
         files = sorted(first.sweep.glob(f"*/**/{FAILURE}"))
         logs = [lines for file in files if len(lines := file.read_text(encoding="utf-8").split("\n", 3)) == 4]
-        ours = [f"{told or 'default'} ({said})" for told, said, sweep, _ in logs if sweep == f"sweep {self._sweep}"]
+        ours = [f"{job or 'default'} ({said})" for job, said, sweep, _ in logs if sweep == f"sweep {self._sweep}"]
         more = f" and {len(ours) - _LISTED} more" if len(ours) > _LISTED else ""
         which = f"{'; '.join(ours[:_LISTED])}{more}" if ours else str(first)
         count = "1 job of the sweep" if len(ours) < 2 else f"{len(ours)} jobs of the sweep"
@@ -236,8 +236,8 @@ class Announcement(Callback):
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the sweep's folder."""
-        told = shlex.quote(f"hydra.sweep.dir={text(str(config.hydra.sweep.dir))}")
-        print(f"After an interruption, this sweep goes on by the same command with {told}", flush=True)
+        override = shlex.quote(f"hydra.sweep.dir={text(str(config.hydra.sweep.dir))}")
+        print(f"After an interruption, this sweep goes on by the same command with {override}", flush=True)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the command that compares the jobs, where there is one."""

@@ -65,11 +65,11 @@ def one_at_a_time(tell: Tell) -> Tell:
     """The same for trials that are driven in several threads."""
     lock = threading.Lock()
 
-    def told(trial: Episode) -> None:
+    def tell_one(trial: Episode) -> None:
         with lock:
             tell(trial)
 
-    return told
+    return tell_one
 
 
 def beside_each_other(drives: Sequence[Callable[..., list[Path]]]) -> list[Path]:

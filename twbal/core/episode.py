@@ -204,11 +204,11 @@ class Episode:
         Where nothing controlled it the reference is the heading with which the robot was put. None where neither is
         known.
         """
-        told = None if self.headings is None else HeadingSample(*self.headings.T)
-        asked = 0.0 if told is None else told.reference
+        heading = None if self.headings is None else HeadingSample(*self.headings.T)
+        asked = 0.0 if heading is None else heading.reference
         if self.poses is not None and np.isfinite(self.poses).all():
             return np.asarray(np.unwrap(self.poses[:, Pose._fields.index("heading")]) - asked)
-        return None if told is None else np.asarray(told.estimate - asked)
+        return None if heading is None else np.asarray(heading.estimate - asked)
 
     def over_ground(self) -> "Episode":
         """The episode with states that are not relative to a reference: what the robot does depends on these.

@@ -196,7 +196,7 @@ def judged(episode: Episode, rule: SuccessCriterion) -> TrialVerdict:
     """
     tilt, lasted = np.abs(episode.tilt[: rule.steps + 1]), len(episode) >= rule.steps
     late = slice(rule.place_step, rule.steps + 1)
-    away, told_by = _distances(episode, late, rule.wheel_radius)
+    away, place_source = _distances(episode, late, rule.wheel_radius)
     change = _command_change(episode, rule)
     farthest = float(away.max()) if len(away) else None
     off = _heading_off(episode.heading_errors, late)
@@ -206,7 +206,7 @@ def judged(episode: Episode, rule: SuccessCriterion) -> TrialVerdict:
         settled=bool(lasted and tilt[rule.settle_step :].max() < rule.settled_tilt_limit),
         in_place=None if rule.place_limit is None else lasted and farthest is not None and farthest <= rule.place_limit,
         quiet=None if rule.command_change is None else lasted and change is not None and change < rule.command_change,
-        place_by=told_by,
+        place_by=place_source,
         farthest=farthest,
         command_change=change,
         oscillation=float(np.ptp(episode.tilt[late])) if len(episode.tilt[late]) else None,

@@ -49,39 +49,39 @@ def without_lost_commands(
         search: finds the effects that recordings show to be missing.
         progress: is told what is being done.
     """
-    as_sent, told = found, None
+    as_sent, losses = found, None
     for _ in range(_SEARCHES):
         if found.comparison is None:
             break
         data = replace(found.comparison.data, recordings=split.fitted)
-        now = lost_commands(data, found.comparison.chosen.fit.model, told and told.lost)
+        now = lost_commands(data, found.comparison.chosen.fit.model, losses and losses.lost)
         if now is None:  # by a model that is nearer to the robot, what was taken for them is something else
             return WithoutLosses(as_sent, split, None)
-        settled = told is not None and all(np.array_equal(a, b) for a, b in zip(told.lost, now.lost, strict=True))
-        told = now
+        settled = losses is not None and all(np.array_equal(a, b) for a, b in zip(losses.lost, now.lost, strict=True))
+        losses = now
         if settled:
             break
         progress(
             f"{now.record.share:.1%} of the commands were lost; the effects are searched again by those that acted"
         )
         found = search([_with(recording, lost) for recording, lost in zip(split.fitted, now.lost, strict=True)])
-    if told is None or found.comparison is None:
+    if losses is None or found.comparison is None:
         return WithoutLosses(as_sent, split, None)
-    fitted = tuple(_with(recording, lost) for recording, lost in zip(split.fitted, told.lost, strict=True))
-    return WithoutLosses(found, Split(fitted, _kept_back(found.comparison, split, told), *split[2:]), told.record)
+    fitted = tuple(_with(recording, lost) for recording, lost in zip(split.fitted, losses.lost, strict=True))
+    return WithoutLosses(found, Split(fitted, _kept_back(found.comparison, split, losses), *split[2:]), losses.record)
 
 
-def _kept_back(comparison: ModelComparison, split: Split, told: LostFound) -> tuple[Recording, ...]:
+def _kept_back(comparison: ModelComparison, split: Split, losses: LostFound) -> tuple[Recording, ...]:
     """What was kept back, with the commands that acted, as the model that was found tells them."""
     model = comparison.chosen.fit.model
     begun = [np.zeros(len(recording), dtype=bool) for recording in split.kept_back]
     free = [np.ones(len(recording), dtype=bool) for recording in split.kept_back]
     if split.are_ends:  # they begin with what was fitted, of which it is known
-        for whole, may_change, first in zip(begun, free, told.lost, strict=True):
+        for whole, may_change, first in zip(begun, free, losses.lost, strict=True):
             whole[: len(first)], may_change[: len(first)] = first, False
     else:
         model = model._replace(offsets=())
-    lost = lost_by(told.mixture, replace(comparison.data, recordings=split.kept_back), model, begun, free)
+    lost = lost_by(losses.mixture, replace(comparison.data, recordings=split.kept_back), model, begun, free)
     return tuple(_with(recording, those) for recording, those in zip(split.kept_back, lost, strict=True))
 
 

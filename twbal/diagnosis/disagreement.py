@@ -133,8 +133,8 @@ class Pooled:
             gradient += parts[k].sum(axis=0)
         row = np.linalg.pinv(H, hermitian=True)[-1]
         variance = sum(_scatter(pulls @ row) for pulls in parts.values())
-        is_told = abs(float(H[-1] @ row) - 1.0) < _LEFT_OUT  # else the pseudoinverse left it out
-        error = float(np.sqrt(max(row[-1], variance))) if is_told else np.inf
+        is_identifiable = abs(float(H[-1] @ row) - 1.0) < _LEFT_OUT  # else the pseudoinverse left it out
+        error = float(np.sqrt(max(row[-1], variance))) if is_identifiable else np.inf
         return ValueDifference(value, float(-row @ gradient), error, sum(len(pulls) - 1 for pulls in parts.values()))
 
 

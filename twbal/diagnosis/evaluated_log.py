@@ -8,7 +8,7 @@ from twbal.core.errors import DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog
 from twbal.diagnosis.prediction_errors import Indices, PredictionWindows
-from twbal.io.recorded_sheet import is_of_sheet, told_robot
+from twbal.io.recorded_sheet import is_of_sheet, robot_in_words
 from twbal.sysid.model import Data
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST
@@ -45,7 +45,7 @@ def read_log(log: GivenLog, robot: RobotParameters, settings: EvaluationSettings
     """
     if not is_of_sheet(log.episode.provenance, robot.name):
         raise DataError(
-            f"Log {log.name} ({log.source}) is of the robot {told_robot(log.episode.provenance)}; expected is "
+            f"Log {log.name} ({log.source}) is of the robot {robot_in_words(log.episode.provenance)}; expected is "
             f"{robot.name!r}. Choose the sheet of the logs by robot=..., with the --config-dir=... in which it lies, "
             "and evaluate each robot by itself."
         )

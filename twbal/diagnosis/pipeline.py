@@ -129,10 +129,10 @@ def diagnose_episodes(
             diagnosis = _with_step(what, step, diagnosis)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
     uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
-    told = [each for each in (loss, uneven) if each is not None]
-    advice = (*diagnosis.advice, *(each.text for each in told))
+    apart_findings = [each for each in (loss, uneven) if each is not None]
+    advice = (*diagnosis.advice, *(each.text for each in apart_findings))
     diagnosis = replace(diagnosis, lost_commands=loss, motor_difference=uneven, advice=advice)
-    for each in told:
+    for each in apart_findings:
         corrected = replace(corrected, effects={**corrected.effects, **each.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
 

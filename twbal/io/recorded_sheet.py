@@ -24,7 +24,7 @@ def is_of_sheet(provenance: Provenance, sheet: str) -> bool:
     return provenance.robot == sheet or (provenance.source == "robot" and _configured(provenance.config) == sheet)
 
 
-def told_robot(provenance: Provenance) -> str:
+def robot_in_words(provenance: Provenance) -> str:
     """The name of an episode's robot in quotation marks, and of the sheet that it was recorded with if that differs."""
     sheet = _configured(provenance.config) if provenance.source == "robot" else None
     recorded = f", recorded with the sheet {sheet!r}" if sheet and sheet != provenance.robot else ""

@@ -94,7 +94,7 @@ def search_policy(
     if searches_anew and not (robust or chosen):
         chosen = _promising(_starts(task, shape, torque_limit, begin, base), short, max(settings.restarts, 1), workers)
 
-    def told(found: PolicyCandidate) -> PolicyCandidate:
+    def shown(found: PolicyCandidate) -> PolicyCandidate:
         progress(_in_words(found))
         return found
 
@@ -104,14 +104,14 @@ def search_policy(
     with ThreadPoolExecutor(workers) as pool:
         begun = [pool.submit(_searched, task, short, each, scales, linear) for each in chosen]
         with ThreadPoolExecutor(workers) as judges:  # meanwhile
-            candidates = [told(found) for found in judges.map(lambda each: task.validated(*each), judged)]
+            candidates = [shown(found) for found in judges.map(lambda each: task.validated(*each), judged)]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
         prediction = None if leading is None else task.prediction(leading)  # mostly it stays the best
         for each, search in zip(chosen, begun, strict=True):
-            candidates.append(told(task.validated(f"search from {each.origin}", search.result())))
+            candidates.append(shown(task.validated(f"search from {each.origin}", search.result())))
     candidates.sort(key=_rank)
     if chosen and task.robots is None and candidates[0].validation.success < settings.min_success_rate:
-        long = told(task.validated(*_searched_long(task, candidates, scales, linear)))
+        long = shown(task.validated(*_searched_long(task, candidates, scales, linear)))
         candidates = sorted([*candidates, long], key=_rank)
     best = candidates[0]
     predicted = prediction if prediction is not None and best is leading else task.prediction(best)

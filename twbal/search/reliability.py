@@ -25,8 +25,8 @@ def success_probability(share: float, robots: int, reliability: tuple[float, flo
         reliability: a and b.
     """
     intercept, slope = reliability
-    told = (share * robots + 0.5) / (robots + 1)
-    found = expit(intercept + slope * logit(told))
-    if reliability != AS_IT_IS and told < _LEAST_MEASURED:
-        found = told / _LEAST_MEASURED * expit(intercept + slope * logit(_LEAST_MEASURED))
+    smoothed = (share * robots + 0.5) / (robots + 1)
+    found = expit(intercept + slope * logit(smoothed))
+    if reliability != AS_IT_IS and smoothed < _LEAST_MEASURED:
+        found = smoothed / _LEAST_MEASURED * expit(intercept + slope * logit(_LEAST_MEASURED))
     return float(np.clip(found, *_NEVER))

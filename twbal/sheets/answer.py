@@ -89,7 +89,7 @@ def _check_unit(question: Question, value: float, text: str, expected: Range) ->
     slip = f" Is it in {others[0]}? Then write `{text} {others[0].replace('·', ' ')}`." if others else ""
     insist = f" If it is right, write `{text} {unit.replace('·', ' ')}`." if unit else ""
     found = f"{key} is {value:.6g} {unit}".strip()
-    raise ConfigError(f"{found}; expected {expected.told(unit)} ({expected.why or question.what}).{slip}{insist}")
+    raise ConfigError(f"{found}; expected {expected.in_words(unit)} ({expected.why or question.what}).{slip}{insist}")
 
 
 def _check_computed(question: Question, way: Way, value: float, known: Values) -> None:
@@ -104,7 +104,7 @@ def _check_computed(question: Question, way: Way, value: float, known: Values) -
     if not expected.low <= value <= expected.high:
         unit = question.unit
         raise ConfigError(
-            f"{question.key} comes to {value:.4g} {unit} by {way.name}; expected {expected.told(unit)} "
+            f"{question.key} comes to {value:.4g} {unit} by {way.name}; expected {expected.in_words(unit)} "
             f"({expected.why}). Are the units of {', '.join(way.needs)} right? If it is right, answer "
             f"{question.key} by `{value:.4g} {unit.replace('·', ' ')}`."
         )

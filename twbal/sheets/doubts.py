@@ -25,7 +25,7 @@ def doubts(robot: RobotParameters) -> list[str]:
     for question in VALUES:
         value, expected = known[question.key], _expected(question, known)
         if not expected.low <= value <= expected.high:
-            found.append(_told(robot.name, question, value, expected))
+            found.append(_doubt(robot.name, question, value, expected))
             del known[question.key]
     return found
 
@@ -46,9 +46,9 @@ def _expected(question: Question, known: Values) -> Range:
     return Range(expected.low, longest, max(expected.low, _USUAL_LEVER * gyration), why)
 
 
-def _told(name: str, question: Question, value: float, expected: Range) -> str:
+def _doubt(name: str, question: Question, value: float, expected: Range) -> str:
     key, unit = question.key, question.unit
     others = [other for other in meant(value, unit, expected.usual, expected.high) if other not in _SELDOM_MEANT]
     slip = f"Is it in {others[0]}?" if others else "Is its decimal point right?"
     found = f"{key} of robot {name!r} is {value:.6g} {unit}"
-    return f"{found}; expected {expected.told(unit)} ({expected.why or question.what}). {slip}"
+    return f"{found}; expected {expected.in_words(unit)} ({expected.why or question.what}). {slip}"

@@ -64,7 +64,7 @@ class Interview:
         self._name, self._person = name, person
         self._missing: list[str] = []
         self._open: list[str] = []  # the question that is asked, and those that it is asked for
-        self._told: set[str] = set()
+        self._shown: set[str] = set()
 
     def run(self) -> dict[str, Answer]:
         """The values of the sheet.
@@ -121,8 +121,8 @@ class Interview:
             self.found[question.key] = answer
             self._keep(question, text)
             said = f"{question.key} = {answer.value:.6g} {question.unit}: {answer.source}"
-            if way is not None and said not in self._told:
-                self._told.add(said)
+            if way is not None and said not in self._shown:
+                self._shown.add(said)
                 self._person.tell(said)
         self._open.pop()
 

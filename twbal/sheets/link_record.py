@@ -120,13 +120,13 @@ def sheet_numbers(robot: RobotParameters) -> dict[str, float]:
 
 def _changes(before: Mapping[str, float], robot: RobotParameters) -> str:
     """Which values of a sheet changed; empty where it is not known what they were."""
-    told = [
+    facts = [
         f"{name} was {_number(before[name], now, unit)} and is {_number(now, before[name], unit)}"
         for name, now in sheet_numbers(robot).items()
         for unit in [QUESTIONS[name].unit]
         if name in before and before[name] != now
     ]
-    return f": {', '.join(told)}" if told else ""
+    return f": {', '.join(facts)}" if facts else ""
 
 
 def _announced(name: str, value: object, other: object) -> str:

@@ -30,7 +30,7 @@ class Range(NamedTuple):
     usual: float
     why: str = ""
 
-    def told(self, unit: str) -> str:
+    def in_words(self, unit: str) -> str:
         """It in words."""
         return f"{self.low:.3g} to {self.high:.3g} {unit}".strip()
 

@@ -109,14 +109,15 @@ def _judgement(evaluation: SimulationEvaluation, simulation: EvaluatedSimulation
     """On how many logs that it was not found on a simulation predicts better and worse, with the worst of them."""
     scores = [evaluation.score(simulation.name, log.name, channel, horizon) for log in evaluation.logs]
     known = [score for score in scores if score is not None]
-    told = [score for score in known if not score.is_own_data] or known
-    logs = f"{len(told)} log{'' if len(told) == 1 else 's'}"
+    counted = [score for score in known if not score.is_own_data] or known
+    logs = f"{len(counted)} log{'' if len(counted) == 1 else 's'}"
     if simulation.found_on:
-        logs += " that it was found on" if told[0].is_own_data else " that it was not found on"
-    worse = [score for score in told if score.is_worse]
-    better = sum(score.is_better for score in told)
-    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in told)
-    counts = f"better on {better}, worse on {len(worse)}, not told apart on {len(told) - better - len(worse) - short}"
+        logs += " that it was found on" if counted[0].is_own_data else " that it was not found on"
+    worse = [score for score in counted if score.is_worse]
+    better = sum(score.is_better for score in counted)
+    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in counted)
+    alike = len(counted) - better - len(worse) - short
+    counts = f"better on {better}, worse on {len(worse)}, not told apart on {alike}"
     counts += f", without an interval on {short}, as the recording is too short for one" if short else ""
     what = f"{simulation.name} beside {evaluation.reference}, {title(channel, horizon)}"
     return " ".join([f"{what}: {counts}, of {logs}.", *_warnings(worse)])

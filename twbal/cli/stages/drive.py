@@ -230,8 +230,8 @@ def _record(
             yields=yields_to_pushes(settings.yield_to_pushes, driven.robot),
         )
     why = episode.events[-1].text if episode.events else ""
-    told = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
-    episode = replace(episode, events=tuple(sorted(told)))
+    events = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
+    episode = replace(episode, events=tuple(sorted(events)))
     by_key = course.steering.stopped and episode.outcome is Outcome.STOPPED
     if episode.outcome in INTERRUPTED and not by_key:
         keep_interrupted(episode, out / "interrupted", why)

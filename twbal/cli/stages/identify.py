@@ -57,14 +57,14 @@ def _identify_to_files(
         say(f"nothing was estimated, all values are those of the sheet: {found.nothing_told}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     say("± holds if nothing but these parameters differs from the sheet; other effects can put the values further off")
-    told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
+    basis = "by its sheet alone, as the rollouts tell nothing" if found.why_uninformative else "by its rollouts"
     if found.at_bound:
         say(
             f"WARNING: {', '.join(found.at_bound)} ran to a bound of the range: the robot has something that none of "
             "the parameters describes, or the recordings are too short or faulty. See how well the estimate predicts "
             "by twbal evaluate-sim"
         )
-    title = f"Robot {robot.name} with the mean of its parameters, {told}."
+    title = f"Robot {robot.name} with the mean of its parameters, {basis}."
     save_distribution(out / DISTRIBUTION, found.known)
     write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, title))
     return [out / DISTRIBUTION, out / IDENTIFIED]

@@ -299,8 +299,8 @@ def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]
     """A sentence on recordings of more than one control period, which no later stage takes together."""
     by_period = {episode.control_period: name for episode, name in zip(episodes, names, strict=True)}
     if max(by_period) - min(by_period) > _SAME_PERIOD:
-        told = ", ".join(f"{name} {period:.6g} s" for period, name in sorted(by_period.items()))
-        yield f"control periods differ ({told}): import them one by one, or give a period=... that suits all"
+        periods = ", ".join(f"{name} {period:.6g} s" for period, name in sorted(by_period.items()))
+        yield f"control periods differ ({periods}): import them one by one, or give a period=... that suits all"
 
 
 def _tell(file: Path, imported: Imported) -> None:

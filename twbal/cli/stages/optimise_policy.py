@@ -114,12 +114,12 @@ def _search_to_files(
     base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
-    told = load_distribution(known, search.robot) if known else None
+    distribution = load_distribution(known, search.robot) if known else None
     if not calibration_episodes:
-        result = search.find(models, policies, base, told, say)
+        result = search.find(models, policies, base, distribution, say)
     else:
         driven = [read_episode(file) for file in calibration_episodes]
-        result = search.judge(models, policies[0], told, say)
+        result = search.judge(models, policies[0], distribution, say)
         result = recalibrated(result, driven, hashes(earlier)[0], search.channels, search.cost)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
     save_prediction(out / PREDICTION, prediction_of(result))

@@ -75,15 +75,15 @@ def main(cfg: DictConfig) -> None:
     out = run_folder()
     if cfg.course:
         say(floor_of_course(floor_needed(instantiate(cfg.course))))
-    told = set[int]()
+    printed = set[int]()
 
     def tell(episode: Episode) -> None:
-        told.add(episode.provenance.trial)
+        printed.add(episode.provenance.trial)
         print(trial_in_words(episode), flush=True)
 
     manifest = run(cfg, out, tell=tell)
     for episode in (read_episode(out / made.path) for made in manifest.outputs if made.path.endswith(".mcap")):
-        if episode.provenance.trial not in told:
+        if episode.provenance.trial not in printed:
             print(f"{trial_in_words(episode)}, driven before")
     if (out / COURSE).is_file():
         print_course(read_record(CourseRecord, out / COURSE).trials)
@@ -172,10 +172,10 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
         else:
             with stopped_once(), ExitStack() as stack:  # here, as only the main thread hears Ctrl-C while one starts
                 plants = [stack.enter_context(open_link()) for _ in range(robots)]
-                told = one_at_a_time(tell)
+                tell_one = one_at_a_time(tell)
                 logs = beside_each_other(
                     [
-                        partial(driven, partial(nullcontext, plant), settings=part, tell=told)
+                        partial(driven, partial(nullcontext, plant), settings=part, tell=tell_one)
                         for plant, part in zip(plants, settings.parts(robots), strict=True)
                     ]
                 )

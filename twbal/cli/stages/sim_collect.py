@@ -76,11 +76,11 @@ def _write(episodes: Iterable[Episode], folder: Path) -> list[Path]:
         write_episode(files[-1], episode)
         if episode.outcome is Outcome.TILT_LIMIT:
             fallen.append(len(episode.commands) * episode.control_period)
-    say(_told(fallen, len(files)))
+    say(_falls_in_words(fallen, len(files)))
     return files
 
 
-def _told(fallen: Sequence[float], rollouts: int) -> str:
+def _falls_in_words(fallen: Sequence[float], rollouts: int) -> str:
     """How many rollouts ended beyond the tilt limit, and when [s]."""
     if not fallen:
         return f"the simulated robot fell in none of {rollouts} rollouts"

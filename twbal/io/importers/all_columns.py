@@ -67,11 +67,11 @@ def _columns(
     header: Sequence[str], names: Sequence[str], values: Sequence[Array], units: Sequence[str] = ()
 ) -> list[Column]:
     found = []
-    told = dict(enumerate(units))
+    units_by_column = dict(enumerate(units))
     for k, (name, column) in enumerate(zip(names, values, strict=False)):
         plain = list(header).count(name) == 1 and name and "${" not in name  # which Hydra would fill in
         source = json.dumps(name, ensure_ascii=False) if plain else str(k + 1)
-        unit = told.get(k, "").strip("[]() ")
+        unit = units_by_column.get(k, "").strip("[]() ")
         found.append(Column(source, name, meaning_of(f"{name} [{unit}]" if unit else name), column))
     return found
 

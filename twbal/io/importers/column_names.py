@@ -102,8 +102,8 @@ def meaning_of(name: str) -> Meaning:
     """What a column's name says."""
     unit, bare = _unit(name)
     words = _words(bare)
-    is_told = len(words) > 1 or (unit in UNITS["rad/s"] and words not in (["l"], ["r"]))  # `r` may be a yaw rate
-    sides = [_SIDES[word] for word in words if word in _SIDES] if is_told else []
+    may_have_side = len(words) > 1 or (unit in UNITS["rad/s"] and words not in (["l"], ["r"]))  # `r` may be a yaw rate
+    sides = [_SIDES[word] for word in words if word in _SIDES] if may_have_side else []
     stem = tuple(word for word in words if not (sides and word in _SIDES))
     if _ELSE & set(stem):
         return Meaning(None, False, "", stem, unit)

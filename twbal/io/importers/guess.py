@@ -84,8 +84,8 @@ class _Proposal:
             said = "; ".join(text for text in (said, "it begins anew at the end of its range") if text)
         comment = "; ".join(text for text in (why, said) if text)
         names = " and ".join(column.name or "without a name" for column in columns)
-        told = f"{names}{': ' if comment else ''}{comment}"
-        self.lines[quantity] = f"{{from: {sources}, unit: {unit}{scaled}}}  # {told}"
+        text = f"{names}{': ' if comment else ''}{comment}"
+        self.lines[quantity] = f"{{from: {sources}, unit: {unit}{scaled}}}  # {text}"
 
     def leave(self, quantity: str, reason: str) -> None:
         """Leave a quantity for a person to fill in."""
@@ -269,17 +269,17 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
     why = f"{why}; " if why else ""
     is_whole = all((column.values % 1.0 == 0.0).all() for column in duty)
     is_counted = is_whole and (largest > _WHOLE_PERCENT or any("pwm" in column.meaning.stem for column in duty))
-    is_told = all(column.meaning.unit == "%" for column in duty)
-    is_percent = is_told or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted)
+    is_named_percent = all(column.meaning.unit == "%" for column in duty)
+    is_percent = is_named_percent or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted)
     sources = ", ".join(column.source for column in duty)
     sources = f"[{sources}]" if len(duty) > 1 else sources
     proposal.duty = sources, full_duty(duty, is_percent, is_counted)
     if is_percent:
         names = " and ".join(column.name for column in duty)
-        told = f"{names}: {why}a duty cycle, in percent of the supply by its largest value, {largest:.3g}"
-        proposal.lines["voltage"] = f"{{from: {sources}, unit: '%'}}  # {told}"
+        text = f"{names}: {why}a duty cycle, in percent of the supply by its largest value, {largest:.3g}"
+        proposal.lines["voltage"] = f"{{from: {sources}, unit: '%'}}  # {text}"
         return
     known = f", the supply over the timer's full value (such as 255), or unit '%'; largest value {largest:.3g}"
-    told = f"a duty cycle: fill in the scale, V for one{known if is_whole else ''}"
-    proposal.take("voltage", duty, _OPEN, f"{why}{told}")
+    text = f"a duty cycle: fill in the scale, V for one{known if is_whole else ''}"
+    proposal.take("voltage", duty, _OPEN, f"{why}{text}")
     proposal.open.append("scale of voltage")

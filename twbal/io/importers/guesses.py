@@ -31,24 +31,24 @@ def alike(found: Iterable[tuple[Path, Guess]]) -> list[Alike]:
     """
     groups: list[tuple[list[Path], Guess, Mapping[str, Any]]] = []
     for path, guess in found:
-        told = yaml.safe_load(guess.mapping)
+        described = yaml.safe_load(guess.mapping)
         for files, _, other in groups:
-            if told == other:
+            if described == other:
                 files.append(path)
                 break
         else:
-            groups.append(([path], guess, told))
+            groups.append(([path], guess, described))
     first, name = groups[0][2], groups[0][0][0].name
     return [
-        Alike(tuple(files), guess, () if told is first else tuple(_differences(told, first, name)))
-        for files, guess, told in groups
+        Alike(tuple(files), guess, () if described is first else tuple(_differences(described, first, name)))
+        for files, guess, described in groups
     ]
 
 
-def _differences(told: Mapping[str, Any], first: Mapping[str, Any], name: str) -> Iterable[str]:
+def _differences(described: Mapping[str, Any], first: Mapping[str, Any], name: str) -> Iterable[str]:
     """Sentences on entries of a mapping that are others than in the first one, which is of the file `name`."""
-    pairs = [(told, first, key) for key in dict.fromkeys((*told, *first)) if key != "quantities"]
-    quantities = told["quantities"], first["quantities"]
+    pairs = [(described, first, key) for key in dict.fromkeys((*described, *first)) if key != "quantities"]
+    quantities = described["quantities"], first["quantities"]
     pairs += [(*quantities, key) for key in dict.fromkeys((*quantities[0], *quantities[1]))]
     for here, there, key in pairs:
         if here.get(key) != there.get(key):

@@ -166,20 +166,20 @@ def mapping(
     if unknown:
         raise ConfigError(f"A log has no quantity {unknown[0]!r}; a mapping can tell: {', '.join(QUANTITIES)}.")
     supply = motor.supply if motor else None
-    sources = {name: _source(name, told, supply) for name, told in quantities.items() if told is not None}
+    sources = {name: _source(name, entry, supply) for name, entry in quantities.items() if entry is not None}
     return Mapping(sources, tuple(names), rate, motor, command_is_sample, command_before_sample, skip, fill)
 
 
-def _source(name: str, told: Any, supply: float | None) -> QuantitySource:
+def _source(name: str, entry: Any, supply: float | None) -> QuantitySource:
     """One source, checked. A voltage may be a duty cycle: percent of the motor's supply."""
-    told = dict(told) if isinstance(told, Mappings) else {"from": told}
-    odd = sorted(set(told) - set(_KEYS))
-    if odd or "from" not in told:
-        needed = "" if "from" in told else f" It needs `from`: write {name}: {{from: <column>, ...}}."
+    entry = dict(entry) if isinstance(entry, Mappings) else {"from": entry}
+    odd = sorted(set(entry) - set(_KEYS))
+    if odd or "from" not in entry:
+        needed = "" if "from" in entry else f" It needs `from`: write {name}: {{from: <column>, ...}}."
         raise ConfigError(
-            f"The source of {name} has the keys {', '.join(_KEYS)}; found {', '.join(map(str, told))}.{needed}"
+            f"The source of {name} has the keys {', '.join(_KEYS)}; found {', '.join(map(str, entry))}.{needed}"
         )
-    unit = told.get("unit", QUANTITIES[name])
+    unit = entry.get("unit", QUANTITIES[name])
     known = dict(UNITS[QUANTITIES[name]])
     if name == "voltage" and supply is not None:
         known[PERCENT] = supply / 100
@@ -199,7 +199,7 @@ def _source(name: str, told: Any, supply: float | None) -> QuantitySource:
         )
     if not columns or not np.isfinite([*scales, offset]).all() or 0.0 in scales:
         raise ConfigError(f"The source of {name} needs columns, a scale that is not 0, and a finite offset.")
-    wraps = None if told.get("wraps") is None else float(told["wraps"])
+    wraps = None if entry.get("wraps") is None else float(entry["wraps"])
     if wraps is not None and not (np.isfinite(wraps) and wraps > 0.0):
         raise ConfigError(f"`wraps` of {name} is the range after which a column jumps back; found {wraps}.")
     return Source(tuple(columns), tuple(each * known[unit] for each in scales), offset, wraps)

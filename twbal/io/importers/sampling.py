@@ -130,11 +130,11 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
     late = np.concatenate([places_of(signals["time"][part], period.mean).late for part in rows])
     odd = float(np.mean(np.abs(late) > LATE * period.mean))
     if odd > 0.01:
-        told = f"{odd:.1%} of the samples are more than half a period of {period.mean:.6g} s off where they belong"
+        note = f"{odd:.1%} of the samples are more than half a period of {period.mean:.6g} s off where they belong"
         if odd > _MOST_ODD:
-            doubts.append(f"{told}, and diagnose takes {_MOST_ODD:.0%} at most. {_evenly(steps, typical)}")
+            doubts.append(f"{note}, and diagnose takes {_MOST_ODD:.0%} at most. {_evenly(steps, typical)}")
         else:
-            notes.append(told)
+            notes.append(note)
     parts = [_filled({name: values[part] for name, values in signals.items()}, typical, are_few) for part in rows]
     return SampledParts(parts, period, notes, doubts)
 
@@ -163,7 +163,7 @@ def _period(steps: Array, typical: float) -> Period:
     return Period(mean, float(np.clip(2.0 * spread / np.sqrt(len(single)), _CLOCK * mean, _LOOSEST * mean)))
 
 
-def _filled(signals: Mapping[str, Array], period: float, is_told: bool) -> dict[str, Array]:
+def _filled(signals: Mapping[str, Array], period: float, is_marked: bool) -> dict[str, Array]:
     """Signals with missing samples interpolated, and `FILLED` where it is to be told which."""
     time = signals["time"]
     counts = np.maximum(np.round(np.diff(time) / period).astype(int), 1)
@@ -171,4 +171,4 @@ def _filled(signals: Mapping[str, Array], period: float, is_told: bool) -> dict[
         return dict(signals)
     at: NDArray[np.float64] = np.concatenate([[0.0], np.cumsum(np.repeat(1.0 / counts, counts))])
     found = {name: np.interp(at, np.arange(len(time)), values) for name, values in signals.items()}
-    return found | {FILLED: (np.abs(at - np.round(at)) > 1e-6).astype(float)} if is_told else found
+    return found | {FILLED: (np.abs(at - np.round(at)) > 1e-6).astype(float)} if is_marked else found

@@ -69,7 +69,7 @@ def torque_check(plant: SerialPlant, pulse: Pulse) -> Check:
     name, turned = "torque sign", pulse.moved("wheel_angle")[-1]
     asked = f"{pulse.command.total:.3g} N·m"
     wheels = _each_wheel(plant, pulse, turned)
-    found = f"{asked} turned {_told(wheels)}"
+    found = f"{asked} turned {_turns_in_words(wheels)}"
     least, expected = pulse.least("wheel_angle"), "forward, both"
     if all(abs(angle) < least for angle in wheels.values()):
         alone = " Or does one of them run backward?" if len(wheels) == 1 else ""
@@ -163,7 +163,7 @@ def _against(wheel: str, angle: float, least: float) -> str:
     return f"Of {wheel}, which does not turn, check motor, leads and encoder."
 
 
-def _told(wheels: dict[str, float]) -> str:
+def _turns_in_words(wheels: dict[str, float]) -> str:
     return ", ".join(f"{name} by {degrees(angle):+.1f}°" for name, angle in wheels.items())
 
 

@@ -108,7 +108,7 @@ def check_link(
         if failed:
             checks.append(Check(name, CheckStatus.SKIPPED, f"not tried after the problem of the part {failed!r}"))
             continue
-        say(_told(name, trial))
+        say(_part_in_words(name, trial))
         try:
             found = list(part())
         except LinkError as error:
@@ -121,7 +121,7 @@ def check_link(
     return LinkReport(plant.robot_name, plant.version, plant.firmware, *limits, tuple(checks), trips, may_be_on)
 
 
-def _told(part: str, trial: LinkTrial) -> str:
+def _part_in_words(part: str, trial: LinkTrial) -> str:
     """What a part does, as a line."""
     words = {
         "line": f"{trial.exchanges} messages are timed",

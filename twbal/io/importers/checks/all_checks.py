@@ -130,8 +130,8 @@ def _is_long(part: LogPart) -> bool:
 
 def _to_blame(by_gyro: Mechanics, by_tilt: Mechanics) -> str:
     """Which of tilt and its rate mechanics contradicts, where the two contradict each other; "" where both may be."""
-    told = signs(by_tilt)[0], signs(by_gyro)[0]
-    return {(1, -1): "tilt_rate", (1, 0): "tilt_rate", (-1, 1): "tilt", (0, 1): "tilt"}.get(told, "")
+    found_signs = signs(by_tilt)[0], signs(by_gyro)[0]
+    return {(1, -1): "tilt_rate", (1, 0): "tilt_rate", (-1, 1): "tilt", (0, 1): "tilt"}.get(found_signs, "")
 
 
 def _lag_doubts(part: LogPart, found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:

@@ -203,9 +203,9 @@ def _both_off(found: Mechanics, sheet: Expected, pair: RateAgreement) -> bool:
 
 def _wheels_and_tilt(part: LogPart, found: Mechanics, coupling: float) -> Curves:
     """The wheels' acceleration, and what the tilt says that it must be."""
-    told = -coupling * found.tilt_acceleration
+    needed = -coupling * found.tilt_acceleration
     return Curves(
-        part.period, found.wheel_acceleration, "wheels' acceleration [rad/s²]", told, "what the tilt demands [rad/s²]"
+        part.period, found.wheel_acceleration, "wheels' acceleration [rad/s²]", needed, "what the tilt demands [rad/s²]"
     )
 
 

@@ -86,9 +86,9 @@ class RateAgreement(NamedTuple):
         """Whether one of them moves and the other does not tell it."""
         if self.has_wrong_sign or self.has_wrong_scale:
             return False
-        told = self.slope + self.half_width > _FOLLOWS * self.clarity
+        reproduced = self.slope + self.half_width > _FOLLOWS * self.clarity
         followed = self.inverse + self.inverse_half_width > _FOLLOWS * self.rate_clarity
-        return (self.clarity > _CLEAR and not told) or (self.rate_clarity > _CLEAR and not followed)
+        return (self.clarity > _CLEAR and not reproduced) or (self.rate_clarity > _CLEAR and not followed)
 
 
 def agreements(part: LogPart) -> list[RateAgreement]:

@@ -33,11 +33,11 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
     yield from against
     if against:
         return
-    told = [found for found in (_by_yaw(part, sides, is_angle), _by_motors(part, sides, is_angle)) if found]
-    yield from (each.doubt for each in told if each.sign < 0)
-    sizes = [each.of_size for each in told if each.sign > 0 and each.of_size is not None]
+    evidence = [found for found in (_by_yaw(part, sides, is_angle), _by_motors(part, sides, is_angle)) if found]
+    yield from (each.doubt for each in evidence if each.sign < 0)
+    sizes = [each.of_size for each in evidence if each.sign > 0 and each.of_size is not None]
     yield from sizes or (sizes := list(_turns_too_fast(part, sides, is_angle)))
-    if told and not (sizes or any(each.sign for each in told)):
+    if evidence and not (sizes or any(each.sign for each in evidence)):
         sentence = (
             "which of its wheels is the left one: it hardly turns. Turn it on the spot for a while, and log the gyro's "
             "yaw rate"
@@ -45,7 +45,7 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
         yield Doubt(DoubtKind.UNTOLD, "wheel_angle", sentence)
 
 
-class _Told(NamedTuple):
+class _SideEvidence(NamedTuple):
     """What tells left from right.
 
     Attributes:
@@ -74,10 +74,10 @@ def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[D
             "left and right wheel count against each other: the body answers their difference and not their mean; "
             f"{SCALE_OF_EACH}"
         )
-        told = apart.motion.fitted
-        mean = np.zeros_like(told) if together is None else together.wheel_acceleration
+        demanded = apart.motion.fitted
+        mean = np.zeros_like(demanded) if together is None else together.wheel_acceleration
         names = "mean of the wheels' accelerations [rad/s²]", "what the tilt demands of it [rad/s²]"
-        evidence = Curves(part.period, mean, names[0], told, names[1])
+        evidence = Curves(part.period, mean, names[0], demanded, names[1])
         yield Doubt(DoubtKind.SIGN, "wheel_angle", sentence, evidence)
 
 
@@ -87,7 +87,7 @@ def _sign(fit: Regression) -> int:
     return int(np.sign(value)) if abs(value) > half and fit.explained > _TURNS**2 else 0
 
 
-def _by_yaw(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told | None:
+def _by_yaw(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _SideEvidence | None:
     """Whether the robot turns left while the right wheel runs ahead, as it must; None where nothing tells its turns."""
     span = max(1, round(_SPAN / part.period))
     if "yaw_rate" in part.signals:
@@ -108,7 +108,7 @@ def _by_yaw(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told 
     evidence = Curves(
         part.period, turns, f"turn by {name} [rad]", -fit.fitted, "turn by the wheels, scaled to it [rad]"
     )
-    return _Told(
+    return _SideEvidence(
         _sign(fit), Doubt(DoubtKind.SIDES, "wheel_angle", sentence, evidence), _of_size(part, fit, turns, name)
     )
 
@@ -165,7 +165,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told | None:
+def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _SideEvidence | None:
     """Whether the right wheel speeds up where the right motor drives more; None without two motors that differ."""
     motors = next((part.sides[name] for name in ("command", "voltage") if name in part.sides), None)
     if motors is None:
@@ -191,7 +191,7 @@ def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _To
         drive * float(np.std(rolling) / (np.std(drive) or 1.0)),
         "right less left motor, scaled to it [rad/s²]",
     )
-    return _Told(_sign(fit), Doubt(DoubtKind.SIDES, "wheel_angle", sentence, evidence))
+    return _SideEvidence(_sign(fit), Doubt(DoubtKind.SIDES, "wheel_angle", sentence, evidence))
 
 
 def _driven(
