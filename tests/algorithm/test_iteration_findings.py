@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.algorithm.findings import Findings, _note, _predicted_by, _with_parts, summarise
-from twbal.algorithm.iteration import Base, Diagnosis, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration import Base, DiagnosisOutcome, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration_findings import IterationFindings, _note, _predicted_by, _with_parts, summarise
 from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
 from twbal.core.evaluation import PlaceBy, SuccessCriterion, TrialVerdict
 from twbal.core.gaussian import Gaussian

@@ -132,7 +132,7 @@ def judge_policy(task: Task, policy: RbfPolicy, progress: Callable[[str], None],
     return SearchResult(found, (found,), predictions)
 
 
-def _in_words(found: Candidate) -> str:
+def _in_words(found: PolicyCandidate) -> str:
     """How a candidate was judged: by sampled robots, which decide, and by the learned model."""
     whose = "robots sampled from the learned model" if found.robots is None else "sampled robots"
     margin = None if found.robots is None else found.robots.margin

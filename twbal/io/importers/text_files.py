@@ -19,7 +19,7 @@ from twbal.io.importers.text_layout import (
     COMMENTS,
     DELIMITERS,
     LOOKED_AT,
-    Layout,
+    TextLayout,
     check_names,
     decimal_commas,
     fields_of,
@@ -79,7 +79,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     return Columns(values, places_of_rows + 1, counted, "line", (*notes, *more), again)
 
 
-def _notes(rows: _Rows, layout: Layout) -> list[str]:
+def _notes(rows: _Rows, layout: TextLayout) -> list[str]:
     """What was odd about the lines of a text."""
     notes = []
     if layout.before:
@@ -99,7 +99,7 @@ def _notes(rows: _Rows, layout: Layout) -> list[str]:
     return notes
 
 
-def _rows(path: Path, lines: Sequence[str], layout: Layout) -> _Rows:
+def _rows(path: Path, lines: Sequence[str], layout: TextLayout) -> _Rows:
     """Which lines are rows of numbers.
 
     Raises:
@@ -168,7 +168,7 @@ def _value(field: str) -> float:
 
 
 def _numbers(
-    path: Path, lines: Sequence[str], layout: Layout, where: list[int], rows: Sequence[int]
+    path: Path, lines: Sequence[str], layout: TextLayout, where: list[int], rows: Sequence[int]
 ) -> tuple[Array, list[str]]:
     """The columns at `where` of lines, which are those at `rows` of the file; and what was odd about their fields."""
     notes: list[str] = []
@@ -205,7 +205,7 @@ def _parse(lines: Sequence[str], layout: TextLayout, where: list[int], kind: typ
 
 
 def _column(
-    path: Path, texts: pandas.DataFrame, k: int, layout: Layout, rows: Sequence[int], notes: list[str]
+    path: Path, texts: pandas.DataFrame, k: int, layout: TextLayout, rows: Sequence[int], notes: list[str]
 ) -> Array:
     """A column of fields as numbers; those that are missing, and a few that are none, are NaN.
 

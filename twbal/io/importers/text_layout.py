@@ -23,7 +23,7 @@ _COMMAS = (
 _WRONG_NAMES = "Give each column one name, or begin the header with # and map columns by their numbers."
 
 
-class Layout(NamedTuple):
+class TextLayout(NamedTuple):
     """How a text file is laid out.
 
     Attributes:
@@ -141,7 +141,7 @@ def _units_below(path: Path, first: Sequence[str], rows: Sequence[Sequence[str]]
     )
 
 
-def check_names(path: Path, layout: Layout, given: Sequence[str] = ()) -> None:
+def check_names(path: Path, layout: TextLayout, given: Sequence[str] = ()) -> None:
     """Check that there is a name for each column; one delimiter too many may end the header, or each line.
 
     Args:
@@ -163,7 +163,7 @@ def check_names(path: Path, layout: Layout, given: Sequence[str] = ()) -> None:
     raise LogError(f"{found} ({row[:60]!r}). {decimal_commas(layout) or _WRONG_NAMES}")
 
 
-def decimal_commas(layout: Layout) -> str:
+def decimal_commas(layout: TextLayout) -> str:
     """What to do about numbers with decimal commas between commas, where the fields may be parts of such numbers."""
     after_comma = [all(field.isdigit() for field in column) for column in list(zip(*layout.sample, strict=True))[1:]]
     surplus = layout.width - len(layout.names)
