@@ -23,11 +23,11 @@ class Ramp(NamedTuple):
     mean: float
 
 
-def ramp(torque: float, asked: float, most: float) -> Ramp:
-    """The way of a torque [N·m] to the one that is asked, by at most `most` in the step; simple enough for numba."""
-    change = asked - torque
+def ramp(torque: float, demanded: float, most: float) -> Ramp:
+    """The way of a torque [N·m] to the one that is demanded, by at most `most` in the step; simple enough for numba."""
+    change = demanded - torque
     if abs(change) <= most:
-        return Ramp(asked, asked - 0.5 * change * abs(change) / most)
+        return Ramp(demanded, demanded - 0.5 * change * abs(change) / most)
     step = most if change > 0.0 else -most
     return Ramp(torque + step, torque + 0.5 * step)
 

@@ -12,9 +12,9 @@ _ramp = kernel(is_kept=False, is_inlined=True)(ramp)
 
 
 @kernel(is_inlined=True)
-def slew_limited(torque: float, asked: float, most: float) -> Ramp:
-    """The way of the driver's torque to what is asked of it in one physics step, as of `ramp`."""
-    return _ramp(torque, asked, most)
+def slew_limited(torque: float, demanded: float, most: float) -> Ramp:
+    """The way of the driver's torque to what is demanded of it in one physics step, as of `ramp`."""
+    return _ramp(torque, demanded, most)
 
 
 @kernel(is_inlined=True)

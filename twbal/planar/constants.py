@@ -33,9 +33,9 @@ class Constants(NamedTuple):
         rolling, rolling_viscous, grip: of the ground, as of `Ground`.
         pushed: constant force at the axle beside those of effects [N].
         delay: of commands [s].
-        lag: share of the way to the asked torque that the motors go in a physics step.
+        lag: share of the way to the demanded torque that the motors go in a physics step.
         fade: weight of the torque at a step's start in the mean over it.
-        slew: most by which the asked torque changes in a physics step [N·m].
+        slew: most by which the demanded torque changes in a physics step [N·m].
         imu_delay: [s].
         filter_rate: at which a filter of the tilt follows the accelerometer [1/s].
         filter_lead: by which the sum of the gyro in it runs ahead of the tilt [s].

@@ -49,7 +49,7 @@ def tipped(k: Constants, s: PlanarState, before: Turning, after: Turning) -> Pla
         s.rotor_speed,
         s.slip,
         s.position,
-        s.asked,
+        s.driver_torque,
     )
 
 

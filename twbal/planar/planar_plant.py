@@ -52,7 +52,7 @@ def hold(
         turning: at the period's start; its rate stays.
         imu: (N, 3), as of `read_sensors`.
     """
-    reached, ramped = s.torque, s.asked
+    reached, ramped = s.torque, s.driver_torque
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
     row, kept = past * substeps % len(imu), exp(-k.filter_rate * k.step) if k.filter_rate > 0.0 else 1.0
@@ -60,15 +60,15 @@ def hold(
         number = past * substeps + i
         time = number * k.step
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
-        asked = drive(p, command, time)
+        demanded = drive(p, command, time)
         if rarely(k.slew < UNBOUNDED):
-            ramped, asked = slew_limited(ramped, asked, k.slew)
+            ramped, demanded = slew_limited(ramped, demanded, k.slew)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
         before = s
-        s = step(p, k, s, asked + k.fade * (reached - asked), time, now)
+        s = step(p, k, s, demanded + k.fade * (reached - demanded), time, now)
         if rarely(k.slope != 0.0 and turning.rate != 0.0):
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
-        reached += k.lag * (asked - reached)
+        reached += k.lag * (demanded - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
         see(p, k, before, s, imu, row, kept, (number + 1) * k.step)
     return PlanarState(

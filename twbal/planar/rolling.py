@@ -79,5 +79,5 @@ def roll(
         rotor_speed if loose else wheel_speed,
         0.0,
         s.position + h * k.radius * wheel_speed,
-        s.asked,
+        s.driver_torque,
     )

@@ -67,4 +67,6 @@ def slide(
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
     position = s.position + h * speed
-    return PlanarState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, position, s.asked)
+    return PlanarState(
+        tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, position, s.driver_torque
+    )

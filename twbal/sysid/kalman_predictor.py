@@ -24,7 +24,7 @@ from twbal.sysid.kalman import Filter
 from twbal.sysid.noise import LASTING
 from twbal.sysid.recording import Recording
 
-TRACK = len(PlanarState._fields) + 1
+STATE_COLUMNS = len(PlanarState._fields) + 1
 """Columns of its states: `PlanarState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
 _RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
@@ -80,7 +80,7 @@ def _moved(s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: f
         s.rotor_speed + speed,
         s.slip,
         s.position + k.radius * wheel,
-        s.asked,
+        s.driver_torque,
     )
 
 
@@ -149,7 +149,7 @@ def run_predictor(
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearPlanarModel` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 11), written: `PlanarState` after the correction, and as of `TRACK`.
+        states: (T + 1, 11), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
     k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
@@ -188,7 +188,7 @@ def run_predictor(
         errors[n, :] = error
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[now, 2]
+        states[n, 8], states[n, 9], states[n, 10] = s.position, s.driver_torque, imu[now, 2]
 
 
 class PredictorOutput(NamedTuple):
@@ -196,7 +196,7 @@ class PredictorOutput(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 11), `PlanarState` after the correction, and as of `TRACK`.
+        states: (T + 1, 11), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
 
     errors: Array
@@ -207,7 +207,7 @@ def predict(
     planar: PlanarParameters, recording: Recording, substeps: int, lead: float, kalman: Filter
 ) -> PredictorOutput:
     """Run the predictor of a planar model with a filter over a recording; arguments as of `run_predictor`."""
-    errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, TRACK))
+    errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, STATE_COLUMNS))
     run_predictor(
         planar, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
         kalman.gains, kalman.pushes, kalman.decay, kalman.summed, errors, states,

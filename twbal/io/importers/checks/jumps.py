@@ -99,7 +99,7 @@ def _tick(changes: Array) -> float:
     return float(np.quantile(turned, _TICK)) if len(turned) >= _TURNED else 0.0
 
 
-def mended(values: Array, found: Jumps) -> Array:
+def repaired(values: Array, found: Jumps) -> Array:
     """An angle without its jumps, (n,), for further checks."""
     if not found.sizes.any():
         return values
@@ -118,12 +118,12 @@ def without_jumps(part: LogPart) -> tuple[list[Doubt], LogPart]:
     if "wheel_angle" in signals:
         whole = signals["wheel_angle"]
         found = jumps(whole, part.period, WHEEL)
-        signals["wheel_angle"] = mended(whole, found)
+        signals["wheel_angle"] = repaired(whole, found)
         named = [("the wheel angle", whole, found)]
         if "wheel_angle" in sides:
             pair = sides["wheel_angle"]
             both = [jumps(values, part.period, WHEEL) for values in pair]
-            sides["wheel_angle"] = mended(pair[0], both[0]), mended(pair[1], both[1])
+            sides["wheel_angle"] = repaired(pair[0], both[0]), repaired(pair[1], both[1])
             of_sides = ("the left wheel's angle", pair[0], both[0]), ("the right wheel's angle", pair[1], both[1])
             named = [each for each in of_sides if each[2].sizes.any()] or named
         for name, values, each in named:
