@@ -74,14 +74,14 @@ def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
         names = " or ".join(column.name for column in fitting)
         if len(fitting) == 2 and {column.meaning.side for column in fitting} == {"left", "right"}:
             names = f"both {fitting[0].name} and {fitting[1].name}"
-        told = f"perhaps {names}: such a name may mean other things. If it is the {_SAID.get(quantity, quantity)}, "
-        return ColumnChoice((), f"{told}fill in its name and unit")
+        text = f"perhaps {names}: such a name may mean other things. If it is the {_SAID.get(quantity, quantity)}, "
+        return ColumnChoice((), f"{text}fill in its name and unit")
     if meant:
-        return Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
+        return ColumnChoice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
     if any(column.meaning.certain for column in named):
         names = " and ".join(column.name for column in named)
-        return Choice((), f"{names}: not all of its fields are numbers")
-    return Choice()
+        return ColumnChoice((), f"{names}: not all of its fields are numbers")
+    return ColumnChoice()
 
 
 def grows(values: Array) -> bool:

@@ -159,13 +159,13 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
         choice, why = rate_choice(name, columns)
         if choice.columns:
-            told = unit_by_angle(name, choice.columns, columns)
+            by_angle = unit_by_angle(name, choice.columns, columns)
             if name == "yaw_rate" and gyro is not None and are_alike(gyro[0], choice.columns[0]):
                 what = "unit as that" if gyro[1].is_scaled else "unit and scale as those"
-                told = gyro[1]._replace(comment=f"{what} of {gyro[0].name}")
-            if name == "tilt_rate" and told is not None:
-                gyro = choice.columns[0], told
-            proposal.take(name, choice.columns, why=why, by_others=told)
+                by_angle = gyro[1]._replace(comment=f"{what} of {gyro[0].name}")
+            if name == "tilt_rate" and by_angle is not None:
+                gyro = choice.columns[0], by_angle
+            proposal.take(name, choice.columns, why=why, by_others=by_angle)
         elif choice.is_for_person:
             proposal.leave(name, choice.reason)
         else:
@@ -209,8 +209,8 @@ def _by_quaternion(columns: Sequence[Column]) -> str:
 def _by_current(columns: Sequence[Column]) -> str:
     """What to do about a torque that a log tells as a current; "" where it does not."""
     found = [column.name for column in columns if column.meaning.quantity == CURRENT]
-    told = "a current of a motor times torque constant and gear is a torque: fill in its name and that scale"
-    return f"perhaps {' and '.join(found)}: {told}, N·m/A" if found else ""
+    advice = "a current of a motor times torque constant and gear is a torque: fill in its name and that scale"
+    return f"perhaps {' and '.join(found)}: {advice}, N·m/A" if found else ""
 
 
 def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:

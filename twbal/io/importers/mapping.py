@@ -185,13 +185,13 @@ def _source(name: str, entry: Any, supply: float | None) -> QuantitySource:
         known[PERCENT] = supply / 100
     if unit not in known:
         raise ConfigError(f"{name} cannot be in {unit!r}; it can be in: {', '.join(known)}.")
-    columns = told["from"] if isinstance(told["from"], list | tuple) else [told["from"]]
-    scale = told.get("scale", 1.0)
+    columns = entry["from"] if isinstance(entry["from"], list | tuple) else [entry["from"]]
+    scale = entry.get("scale", 1.0)
     try:
-        offset = float(told.get("offset", 0.0))
+        offset = float(entry.get("offset", 0.0))
         scales = [float(each) for each in scale] if isinstance(scale, list | tuple) else [float(scale)] * len(columns)
     except (TypeError, ValueError) as error:
-        found = f"{scale} and {told.get('offset', 0.0)}"
+        found = f"{scale} and {entry.get('offset', 0.0)}"
         raise ConfigError(f"The scale and the offset of {name} are to be numbers; found {found}.") from error
     if len(scales) != len(columns):
         raise ConfigError(
@@ -202,4 +202,4 @@ def _source(name: str, entry: Any, supply: float | None) -> QuantitySource:
     wraps = None if entry.get("wraps") is None else float(entry["wraps"])
     if wraps is not None and not (np.isfinite(wraps) and wraps > 0.0):
         raise ConfigError(f"`wraps` of {name} is the range after which a column jumps back; found {wraps}.")
-    return Source(tuple(columns), tuple(each * known[unit] for each in scales), offset, wraps)
+    return QuantitySource(tuple(columns), tuple(each * known[unit] for each in scales), offset, wraps)

@@ -7,7 +7,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
-from twbal.io.importers.column_choice import Choice, Unit, choose, counts, grows, unit_of
+from twbal.io.importers.column_choice import ColumnChoice, Unit, choose, counts, grows, unit_of
 from twbal.io.importers.mapping import QUANTITIES, UNITS
 from twbal.io.importers.rate_units import rate_unit, sums_of
 from twbal.io.importers.wraps import time_wrap, unwrapped
@@ -31,7 +31,7 @@ class _Turned(NamedTuple):
     name: str
 
 
-def rate_choice(rate: str, columns: Sequence[Column]) -> tuple[Choice, str]:
+def rate_choice(rate: str, columns: Sequence[Column]) -> tuple[ColumnChoice, str]:
     """The columns of a rate, and how they were told where their names are not enough: gyro_x or gyro_y?"""
     choice = choose(rate, columns)
     angle = _angle_of(rate, columns)
@@ -43,7 +43,7 @@ def rate_choice(rate: str, columns: Sequence[Column]) -> tuple[Choice, str]:
     others = [abs(each.correlation) for k, each in enumerate(sums) if k != best]
     if not sums[best].are_alike or max(others, default=0.0) > _UNLIKE:
         return choice, ""
-    return Choice([axes[best]]), f"of {' and '.join(c.name for c in axes)} the one that {angle.name} changes by"
+    return ColumnChoice([axes[best]]), f"of {' and '.join(c.name for c in axes)} the one that {angle.name} changes by"
 
 
 def unit_by_angle(rate: str, columns: Sequence[Column], others: Sequence[Column]) -> Unit | None:
@@ -85,8 +85,8 @@ def _raw(angle: _Turned | None, rate: Column) -> Unit:
         if rate_unit(sums, _OFF["tilt"]) in ("deg/s", "°/s", "dps") and not angle.is_assumed:
             return Unit("deg/s", f"unit by the changes of {angle.name}")
         size = f", about {np.degrees(sums.size):.2g} by the changes of {angle.name}"
-    told = f"raw numbers: fill in the scale, deg/s for one{size} (an MPU-6050 has 1/131 at ±250 deg/s)"
-    return Unit("deg/s", told, is_scaled=False)
+    why = f"raw numbers: fill in the scale, deg/s for one{size} (an MPU-6050 has 1/131 at ±250 deg/s)"
+    return Unit("deg/s", why, is_scaled=False)
 
 
 def _angle_of(rate: str, columns: Sequence[Column]) -> _Turned | None:

@@ -226,9 +226,9 @@ def _column(
         is_hexadecimal = field[:2].lower() == "0x"
         hint = "hexadecimal; leave that column out of the mapping" if is_hexadecimal else "no number"
         name = f" ({layout.names[k]})" if k < len(layout.names) else ""
-        told = f"{field[:40]!r} in column {k + 1}{name}"
+        where_found = f"{field[:40]!r} in column {k + 1}{name}"
         if is_hexadecimal or bad.sum() > _TORN * len(bad):
-            raise LogError(f"Line {rows[row] + 1} of {path} has {told}: {hint}.")
+            raise LogError(f"Line {rows[row] + 1} of {path} has {where_found}: {hint}.")
         more = f"and {int(bad.sum()) - 1} more fields that are no numbers are" if bad.sum() > 1 else "is"
-        notes.append(f"{told} of line {rows[row] + 1} {more} taken as missing")
+        notes.append(f"{where_found} of line {rows[row] + 1} {more} taken as missing")
     return np.asarray(numbers, dtype=np.float64)

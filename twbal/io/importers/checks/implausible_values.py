@@ -94,7 +94,7 @@ def lying_part_doubts(part: LogPart) -> Iterator[Doubt]:
         f"the robot lies or is held for {share:.2g} s, first from {part.period * first:.3g} s to {till:.3g} s with a "
         f"tilt of {np.degrees(tilt[first]):.0f}° (0 is upright), and later stages use nothing after that: {advice}"
     )
-    yield Doubt(Kind.LYING, "tilt", sentence, Evidence(part.period, tilt, "tilt [rad]"))
+    yield Doubt(DoubtKind.LYING, "tilt", sentence, Curves(part.period, tilt, "tilt [rad]"))
 
 
 def smooth_command_doubts(part: LogPart) -> Iterator[Doubt]:
