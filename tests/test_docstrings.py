@@ -9,7 +9,7 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1] / "twbal"
 OTHERS = "others"  # an entry for the rest, whose names say enough
-NAMED_AS_ELSEWHERE = ("virtual_robot/robot_constants.py: Constants",)
+NAMED_AS_ELSEWHERE = ("virtual_robot/robot_constants.py: RobotConstants",)
 """Whose other fields are those of what their docstring refers to."""
 _ENTRY = re.compile(r"^ {4}(\w+(?:, \w+)*):", re.MULTILINE)
 
