@@ -38,7 +38,7 @@ def test_rollouts_that_tell_nothing_leave_the_prior_and_say_so(paper):
     for name in NUMBERS:
         np.testing.assert_array_equal(getattr(found.known, name), getattr(prior_of(paper), name))
     said = "None of 2 episodes has 5 control periods of a robot that stands."
-    assert found.nothing_told == said
+    assert found.why_uninformative == said
     assert lines == [f"nothing was estimated, all values are those of the sheet: {said}"]
 
 

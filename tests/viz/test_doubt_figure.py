@@ -26,6 +26,6 @@ def test_the_sentence_is_not_cut_off(has_expected):
 
 def test_a_curve_alone_has_its_name_at_its_axis_and_two_have_a_legend():
     course = np.sin(np.arange(300.0))
-    alone = doubt_figure(SENTENCE, Evidence(0.02, course, "tilt [rad]"))
+    alone = doubt_figure(SENTENCE, Curves(0.02, course, "tilt [rad]"))
     assert alone.axes[0].get_ylabel() == "tilt [rad]" and not alone.legends
-    assert doubt_figure(SENTENCE, Evidence(0.02, course, "tilt [rad]", 1.1 * course, "of the gyro [rad]")).legends
+    assert doubt_figure(SENTENCE, Curves(0.02, course, "tilt [rad]", 1.1 * course, "of the gyro [rad]")).legends

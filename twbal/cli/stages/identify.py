@@ -53,8 +53,8 @@ def _identify_to_files(
     for said in _not_used(episodes, names):
         say(said)
     found = identify(robot, simulated, episodes, progress=lambda line: None)
-    if found.nothing_told:
-        say(f"nothing was estimated, all values are those of the sheet: {found.nothing_told}")
+    if found.why_uninformative:
+        say(f"nothing was estimated, all values are those of the sheet: {found.why_uninformative}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     say("± holds if nothing but these parameters differs from the sheet; other effects can put the values further off")
     basis = "by its sheet alone, as the rollouts tell nothing" if found.why_uninformative else "by its rollouts"

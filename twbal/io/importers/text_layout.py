@@ -10,7 +10,7 @@ from twbal.core.errors import LogError, printable
 from twbal.io.importers.column_names import is_unit
 from twbal.io.importers.fields import DECIMAL_COMMA, MISSING, is_number, is_time
 from twbal.io.importers.formats import readable
-from twbal.io.importers.text_lines import Text
+from twbal.io.importers.text_lines import TextLines
 
 BLANKS = "blanks"
 DELIMITERS = {";": ";", "\t": "\t", ",": ",", BLANKS: r"\s+"}  # what is looked for, in this order
@@ -51,7 +51,7 @@ class TextLayout(NamedTuple):
     has_header: bool
 
 
-def layout_of(path: Path, text: Text) -> Layout:
+def layout_of(path: Path, text: TextLines) -> TextLayout:
     """Tell the layout of a text from its first lines.
 
     Raises:
@@ -79,7 +79,9 @@ def layout_of(path: Path, text: Text) -> Layout:
     names = names or text.names
     width = len(names) if names and len(names) == _most(body) else len(body[0])
     sample = tuple(tuple(row) for row in body if len(row) == width)
-    return Layout(delimiter, "," if comma else ".", comment, names, width, units, sample, comments, before, has_header)
+    return TextLayout(
+        delimiter, "," if comma else ".", comment, names, width, units, sample, comments, before, has_header
+    )
 
 
 def _is_value(field: str, comma: bool) -> bool:

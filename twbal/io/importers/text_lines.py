@@ -26,14 +26,14 @@ _MOST = 0.8  # share of them that have, at least
 _STAMP = re.compile(r"\d{1,2}:\d\d:\d\d[.,]\d+ -> ?")  # as the serial monitor of Arduino writes them
 
 
-class Text(NamedTuple):
+class TextLines(NamedTuple):
     """The lines of a text file, and the names of its columns where each number has one before it (`pitch:0.1`)."""
 
     lines: list[str]
     names: tuple[str, ...] = ()
 
 
-def text_of(path: Path) -> Text:
+def text_of(path: Path) -> TextLines:
     """The lines of a text file.
 
     They come without the time that Arduino's serial monitor writes before each (`... -> `), and without the names that
@@ -78,20 +78,20 @@ def _decoded(data: bytes) -> str:
         return data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
 
 
-def _plain(lines: Sequence[str]) -> Text:
+def _plain(lines: Sequence[str]) -> TextLines:
     return _without_labels(_without_stamps(lines))
 
 
-def _without_labels(lines: list[str]) -> Text:
+def _without_labels(lines: list[str]) -> TextLines:
     """Lines such as `time:0,pitch:0.1` as `0,0.1` with the names `time` and `pitch`; others as they are."""
     looked_at = [line for line in lines if line.strip()][:_LOOKED_AT]
     labels = [_labels(line) for line in looked_at]
     if not labels:
-        return Text(lines)
+        return TextLines(lines)
     names = max(labels, key=labels.count)
     if len(names) < 2 or len(set(names)) < len(names) or labels.count(names) < _MOST * len(labels):
-        return Text(lines)
-    return Text([_values(line) if _labels(line) == names else line for line in lines], names)
+        return TextLines(lines)
+    return TextLines([_values(line) if _labels(line) == names else line for line in lines], names)
 
 
 def _labels(line: str) -> tuple[str, ...]:
