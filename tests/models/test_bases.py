@@ -46,7 +46,9 @@ def test_log_evidence_is_the_normal_density_of_the_changes_about_f(bases):
 def test_the_simulation_of_the_true_robot_is_the_likeliest(bases, recipe, gain, chosen):
     found = learn_on_likeliest(recipe, bases, real(gain), seed=0)
     assert found.chosen == chosen
-    assert found.learned.model.f is bases[chosen].f
+    assert np.array_equal(
+        found.learned.model.f.weights, bases[chosen].f.weights
+    )  # it may come from a copy of the process
     others = [total for k, total in enumerate(found.totals) if k != chosen]
     assert found.totals[chosen] > max(others) + 5.0
 
