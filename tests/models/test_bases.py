@@ -46,9 +46,8 @@ def test_log_evidence_is_the_normal_density_of_the_changes_about_f(bases):
 def test_the_simulation_of_the_true_robot_is_the_likeliest(bases, recipe, gain, chosen):
     found = learn_on_likeliest(recipe, bases, real(gain), seed=0)
     assert found.chosen == chosen
-    assert np.array_equal(
-        found.learned.model.f.weights, bases[chosen].f.weights
-    )  # it may come from a copy of the process
+    f = found.learned.model.f  # maybe fitted in a copy of this process
+    assert np.array_equal(f.weights, bases[chosen].f.weights)
     others = [total for k, total in enumerate(found.totals) if k != chosen]
     assert found.totals[chosen] > max(others) + 5.0
 
