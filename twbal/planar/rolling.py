@@ -15,12 +15,10 @@ def roll(
     """One step of a robot whose wheels roll.
 
     Args:
-        p: the planar model.
-        k: its constants.
-        s: state at the step's start.
+        p, k: the planar model, and its constants.
+        s, turning: state at the step's start, and how the robot turns.
         torque: of the motors in this step, both together [N·m].
         time: since the rollout began [s].
-        turning: of the robot.
     """
     h = k.step
     f = forces(p, k, s, time, turning)
