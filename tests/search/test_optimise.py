@@ -128,7 +128,8 @@ def test_earlier_policies_are_judged_beside_the_new_and_win_where_the_search_fin
     assert found.best.origin == "policy 1"
     assert found.best.validation == result.best.validation
     assert len(lines) == len(found.candidates) == 3
-    assert lines[1].startswith(f"policy 1: cost {result.best.cost:.2f}, 100%")
+    assert lines[1].startswith("policy 1: 100% of ")
+    assert lines[1].endswith(f"the learned model expects a cost of {result.best.cost:.2f}")
 
 
 def test_the_search_goes_on_over_a_longer_horizon_until_enough_sampled_robots_balance(search, model, result):
