@@ -26,6 +26,7 @@ from twbal.io.logs import read_episode, write_episode
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sysid.held_out import held_out
 from twbal.sysid.recording import Recording
+from twbal.virtual_robot.drawn import draw_ground_truth
 
 NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
 
@@ -264,3 +265,25 @@ def test_a_refitted_data_sheet_that_predicts_worse_is_not_the_next_simulation(af
     told = {"verdict": "none", "gap": {"before": 0.0016, "after": after}}
     (tmp_path / "diagnosis.json").write_text(json.dumps(told))
     assert suggested_next(tmp_path) == ("sim-collect", {"sim": tmp_path / "augmented.yaml"} if sim else {})
+
+
+@pytest.mark.slow
+def test_falls_of_the_default_robot_tell_what_it_hides_but_name_nothing(tmp_path):
+    """Slope and battery, which it hardly has, once stood for what its sheet is off by, its delay and friction."""
+    recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
+    assert main(["real-rollout", "experiment=excite", f"hydra.run.dir={recorded}"]) == 0
+    assert all(read_episode(file).outcome is Outcome.TILT_LIMIT for file in (recorded / "episodes").glob("*.mcap"))
+    assert main(["diagnose", f"episodes={recorded}", f"hydra.run.dir={out}"]) == 0
+    record = json.loads((out / "diagnosis.json").read_text())
+    assert record["verdict"] == "unknown"
+    assert any("record the robot for longer" in said for said in record["advice"])
+    likely = {effect["name"]: effect["parameters"] for effect in record["effects"] if effect["probability"] >= 0.5}
+    assert {"actuation_delay", "coulomb_friction", "viscous_friction", "tilt_filter"} <= set(likely)
+    assert {"com_offset", "imu_mount_angle"} & set(likely)
+    assert not {"ground_slope", "battery_sag", "cable_spring"} & set(likely)
+    with composing():
+        virtual = compose("virtual_robot", [])
+    hidden = draw_ground_truth(instantiate(virtual.faults), instantiate(virtual.robot), seed=2)
+    assert likely["actuation_delay"]["delay"]["value"] == pytest.approx(hidden.drive.delay, rel=0.2)
+    assert likely["viscous_friction"]["coefficient"]["value"] == pytest.approx(hidden.drive.viscous, rel=0.3)
+    assert likely["tilt_filter"]["rate"]["value"] == pytest.approx(1.0 / hidden.sensors.fusion_time, rel=0.2)

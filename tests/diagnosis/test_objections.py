@@ -15,7 +15,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
 from twbal.diagnosis.name import extent_of, first_noise, largest_noise
-from twbal.diagnosis.objections import Extent, is_doubtful, objections
+from twbal.diagnosis.objections import Extent, Objection, is_doubtful, objections
 from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
@@ -142,6 +142,16 @@ def test_a_wave_of_which_no_recording_holds_enough_periods_is_no_finding(name, v
     assert not objected or "it cannot be told from any slow change" in found[0].text
 
 
+@pytest.mark.parametrize(("falls", "objected"), [(9.0, True), (15.0, False)])
+def test_effects_that_nothing_but_short_recordings_show_are_no_finding(falls, objected, paper, driven):
+    extent = Extent(1.8, 1.0, 1.0, falls)
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.5})
+    found = objections(hypothesis, largest_noise(paper), (), settings(), extent)
+    assert [objection.effects for objection in found] == [()] * objected
+    assert not objected or "lasts 1.8 s, 9 times the time constant of a fall" in found[0].text
+    assert not objections(fitted(paper, [], {}), largest_noise(paper), (), settings(), extent)
+
+
 def test_the_extent_of_recordings_is_that_of_the_farthest(paper):
     """A robot that rolls half a metre upright, and one whose body turns about wheels that stand still."""
     t = np.linspace(0.0, 1.0, 101)
@@ -151,9 +161,10 @@ def test_the_extent_of_recordings_is_that_of_the_farthest(paper):
     rolling, leaning = (
         Recording("any", 0.01, none[1:], measured, none, whole, np.ones(4, bool)) for measured in (rolls, leans)
     )
-    assert extent_of([leaning], paper) == pytest.approx((1.0, 0.0, 1.0 / np.pi), abs=1e-12)
+    fall = np.sqrt((paper.body_inertia_pitch + 10.0 * 0.3**2) / (10.0 * 9.81 * 0.3))
+    assert extent_of([leaning], paper) == pytest.approx((1.0, 0.0, 1.0 / np.pi, 1.0 / fall), abs=1e-12, rel=1e-3)
     assert extent_of([rolling, leaning.part(0, 50)], paper) == pytest.approx(
-        (1.0, 0.5, 0.5 / (2.0 * np.pi * paper.wheel_radius))
+        (1.0, 0.5, 0.5 / (2.0 * np.pi * paper.wheel_radius), 1.0 / fall), rel=1e-3
     )
 
 
@@ -308,8 +319,11 @@ def test_a_negligible_effect_does_not_keep_a_likely_one_out_of_the_simulation(pa
     sizes = {"coulomb_friction_torque": 0.3, "motor_lag_time_constant": 0.0}
     both = fitted(paper, ["coulomb_friction", "motor_lag"], sizes)
     likely = [ProbableEffect("coulomb_friction", 0.8, False, {}, (), "")]
-    assert name._is_likely(likely, both, settings())
+    assert name._is_likely(likely, both, (), settings())
     large = fitted(paper, ["coulomb_friction", "motor_lag"], {**sizes, "motor_lag_time_constant": 0.02})
-    assert not name._is_likely(likely, large, settings())
+    assert not name._is_likely(likely, large, (), settings())
+    short = Objection("The recordings are short.", is_of_length=True)
+    assert name._is_likely(likely, large, (short,), settings())
+    assert not name._is_likely(likely, large, (short, Objection("Besides.")), settings())
     only = fitted(paper, ["motor_lag"], {"motor_lag_time_constant": 0.0})
-    assert not name._is_likely(likely, only, settings())
+    assert not name._is_likely(likely, only, (), settings())

@@ -44,8 +44,10 @@ def advise(
     if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
         found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
     if verdict is Verdict.UNKNOWN:
-        only_weights = all(objection.is_of_weights for objection in objected)
-        found += [OUTWEIGHED if only_weights else UNEXPLAINED, *(objection.text for objection in objected)]
+        others = [objection for objection in objected if not objection.is_of_length]
+        if others:
+            found.append(OUTWEIGHED if all(objection.is_of_weights for objection in others) else UNEXPLAINED)
+        found += [objection.text for objection in objected]
         if settings.exclude:
             listed = ", ".join(sorted(name.replace("_", " ") for name in settings.exclude))
             found.append(f"Not weighed, as the settings leave them out (diagnosis.exclude): {listed}.")

@@ -7,6 +7,7 @@ import numpy as np
 
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Mask
+from twbal.core.mobility import falling_time
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
@@ -19,6 +20,7 @@ from twbal.diagnosis.likeliest import with_likeliest
 from twbal.diagnosis.model_comparison import ModelComparison, compare_models
 from twbal.diagnosis.objections import (
     Extent,
+    Objection,
     autocorrelation_limit,
     is_doubtful,
     may_be_a_finding,
@@ -32,6 +34,7 @@ from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again, settled
 from twbal.diagnosis.tolerance_test import tolerance_statistic
+from twbal.diagnosis.usual_effects import search_from_usual
 from twbal.diagnosis.verdict import (
     allowed_differences,
     conclude,
@@ -99,7 +102,7 @@ def name_effects(
     objected += tuple(outweighed(selection, weights, settings))
     verdict = conclude(selection, objected, statistic, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
-    guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, settings)
+    guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, objected, settings)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
     refitted = _filter_result(data, selection.base, effects)
@@ -118,25 +121,24 @@ def name_effects(
         nominal_errors=one_step_errors(data, nominal, named.fit.model),
         refitted=refitted,
         named=refitted if named is selection.base else _filter_result(data, named, effects),
-        without={
-            effect.name: refitted
-            if len(named.candidates) == 1
-            else _filter_result(data, without(problem, named, effect), effects)
-            for effect in named.effects
-        },
+        without=_without_each(problem, named, refitted, effects),
         refitted_data_sheet=shifts_of(selection.base, settings),
         comparison=comparison,
     )
 
 
 def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:
-    """The set of effects that fits best, by both searches.
+    """The set of effects that fits best, by the first search, and by two others as long as a doubt is left.
 
-    A set with a parameter at a bound is no finding, so it does not take the place of one that may be.
+    Where settings name common effects, the first search began with all of these at once, and there is no third one. A
+    set with a parameter at a bound is no finding, so it does not take the place of one that may be.
     """
     selection, settings = select(problem, progress), problem.settings
-    if settings.tempered_search and is_doubtful(selection.chosen, settings):
-        again = search_again(problem, selection, progress)
+    others = (search_again,) if settings.common_effects else (search_again, search_from_usual)
+    for search in others if settings.tempered_search else ():
+        if not is_doubtful(selection.chosen, settings):
+            break
+        again = search(problem, selection, progress)
         is_kept = selection.chosen.candidates and may_be_a_finding(selection.chosen, settings)
         if not (is_kept and again.chosen.at_bound):
             selection = again
@@ -156,10 +158,12 @@ def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent
     tilt, wheel_angle = MEASURED.index("tilt"), MEASURED.index("wheel_angle")
     turned = [recording.measured[:, wheel_angle] for recording in recordings]
     rolled = [recording.measured[:, [tilt, wheel_angle]].sum(axis=1) for recording in recordings]
+    seconds = max(len(recording) * recording.period for recording in recordings)
     return Extent(
-        max(len(recording) * recording.period for recording in recordings),
+        seconds,
         max(float(np.ptp(angle)) for angle in rolled) * robot.wheel_radius,
         max(float(np.ptp(angle)) for angle in turned) / (2.0 * np.pi),
+        seconds / falling_time(robot),
     )
 
 
@@ -229,12 +233,27 @@ def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -
     return filter_result_of(data, model, effects)
 
 
-def _is_likely(effects: Sequence[ProbableEffect], chosen: FittedHypothesis, settings: Settings) -> bool:
+def _without_each(
+    problem: Problem, named: FittedHypothesis, refitted: FilterResult, already: Effects
+) -> dict[str, FilterResult]:
+    """What a set makes of the recordings without each of its effects, by the name of that effect."""
+    if len(named.candidates) == 1:
+        return {effect.name: refitted for effect in named.effects}
+    return {
+        effect.name: _filter_result(problem.data, without(problem, named, effect), already) for effect in named.effects
+    }
+
+
+def _is_likely(
+    effects: Sequence[ProbableEffect], chosen: FittedHypothesis, objected: Sequence[Objection], settings: Settings
+) -> bool:
     """Whether a set is worth putting into a simulation although something speaks against it.
 
-    No parameter of it may be at a bound, and all of its effects but the negligible ones must be more likely missing
-    than not.
+    Nothing but short recordings does; or no parameter of it is at a bound, and all of its effects but the negligible
+    ones are more likely missing than not.
     """
+    if objected and all(objection.is_of_length for objection in objected):
+        return True
     likely = {effect.name for effect in effects if effect.probability >= LIKELY}
     counted = {candidate.name for candidate in chosen.effects} - {c.name for c in negligible(chosen, settings)}
     return bool(counted) and not chosen.at_bound and counted <= likely

@@ -10,6 +10,7 @@ are those of such a likelihood, too (`settled`).
 """
 
 from collections.abc import Callable
+from functools import partial
 from math import isfinite
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
@@ -30,15 +31,53 @@ def search_again(problem: Problem, selection: Selection, progress: Callable[[str
         progress: is told what is being done, a line at a time.
     """
     found, rounds = tempered_search(problem, selection.base, progress)
-    progress(f"second search: removing what is not needed from {', '.join(found.names) or 'the refit'}")
+    return better_of(problem, selection, found, rounds, partial(_said, progress, "second search"))
+
+
+def better_of(
+    problem: Problem,
+    selection: Selection,
+    found: FittedHypothesis,
+    rounds: list[Round],
+    progress: Callable[[str], None],
+) -> Selection:
+    """The better of a selection and of a set that another search came to, without what is not needed there.
+
+    Args:
+        problem: what is selected from.
+        selection: how it went so far.
+        found: the other set.
+        rounds: of the other search; those that follow are added.
+        progress: is told what is being done, a line at a time.
+    """
+    progress(f"removing what is not needed from {', '.join(found.names) or 'the refit'}")
     found = without_redundant(problem, found, selection.base, rounds=rounds)
     if not found.candidates:
         return selection
-    progress(f"second search: trying similar effects in the place of each of {', '.join(found.names)}")
+    progress(f"trying similar effects in the place of each of {', '.join(found.names)}")
     found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
     if found.bic >= selection.chosen.bic:
         return selection
     return Selection(selection.base, (*selection.rounds, *rounds), found)
+
+
+def added_to(
+    problem: Problem, found: FittedHypothesis, progress: Callable[[str], None]
+) -> tuple[FittedHypothesis, list[Round]]:
+    """A set with more effects, one after the other as long as they are worth it, and the rounds in which they came."""
+    rounds = list[Round]()
+    while problem.has_room(found):
+        progress(f"weighing what to add to {', '.join(found.names) or 'the refit'}")
+        rounds.append(problem.add_to(found))
+        better = problem.next_from(rounds[-1])
+        if better is None:
+            break
+        found = better
+    return found, rounds
+
+
+def _said(progress: Callable[[str], None], search: str, line: str) -> None:
+    progress(f"{search}: {line}")
 
 
 def tempered_search(
@@ -54,16 +93,9 @@ def tempered_search(
     Returns:
         The set that this comes to, and the rounds with all recordings and with the tolerances as they are.
     """
-    found = _begun(problem, base, progress)
-    found, rounds = problem.fit(found.fit.model, found.candidates, _LAST_ROUNDS), list[Round]()
-    while problem.has_room(found):
-        progress(f"second search: weighing what to add to {', '.join(found.names) or 'the refit'}")
-        rounds.append(problem.add_to(found))
-        better = problem.next_from(rounds[-1])
-        if better is None:
-            break
-        found = better
-    return found, rounds
+    begun = _begun(problem, base, progress)
+    found = problem.fit(begun.fit.model, begun.candidates, _LAST_ROUNDS)
+    return added_to(problem, found, partial(_said, progress, "second search"))
 
 
 def _begun(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]) -> FittedHypothesis:

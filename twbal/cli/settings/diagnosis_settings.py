@@ -32,7 +32,7 @@ DIAGNOSIS = (
     Setting("diagnosis.common_effects", _EFFECTS, "effects that a search also begins with"),
     Setting("diagnosis.exclude", _EFFECTS, "effects that are known not to be there", common=True),
     Setting("diagnosis.max_effects", Whole(1, 100), "number of effects that are named, at most", common=True),
-    Setting("diagnosis.tempered_search", YesNo(), "search again, by a tempered likelihood, where a doubt is left"),
+    Setting("diagnosis.tempered_search", YesNo(), "two other searches where a doubt is left"),
     Setting("diagnosis.prior", Number(1e-6, 0.999999), "probability of an effect before anything was recorded"),
     Setting("diagnosis.temperature", Number(0.001, 1e6), "least temperature of the probabilities"),
     Setting("diagnosis.misfit_share", Number(0.0, 1.0), "share of the best set's gain that is their temperature"),
