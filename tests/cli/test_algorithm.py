@@ -643,3 +643,9 @@ def test_no_two_calls_share_a_folder_with_identified_simulations_either():
     folders = [call.folder for call in learn(robust="default", diagnose=True, search_retries=3, updates=4)[0]]
     assert len(set(folders)) == len(folders)
     assert not any(a in b.parents for a in folders for b in folders)
+
+
+def test_it_is_said_of_each_policy_how_many_of_its_trials_succeeded(capsys):
+    learn(solved=("iteration_1/trials",), stop_when_solved=True)
+    said = [line for line in capsys.readouterr().out.splitlines() if line.endswith("trials succeeded")]
+    assert said == ["  0 of 10 trials succeeded", "  10 of 10 trials succeeded"]

@@ -81,6 +81,10 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         self.identifies = setup.search.robust is not None
         self.known = setup.known
 
+    def say(self, line: str) -> None:
+        """Tell `progress`."""
+        self._say(line)
+
     def simulate(
         self,
         place: Path,

@@ -169,7 +169,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         inputs = replace(inputs, f=solving.f, recalibration=(rollouts,), drivers=drivers)
         with self._trials_begun(inputs.index, solving.policy):
             learned = self._update.learned(inputs)
-        return replace(learned, recalibrates=True, trials=self._trials(inputs.index, solving.policy))
+        return replace(learned, recalibrates=True, trials=self._judged_trials(inputs.index, solving.policy))
 
     def _driven_enough(self, newest: LearnedPolicy[R, M, P]) -> tuple[R, ...]:
         """Rollouts of a policy until they last long enough together: of a robot that falls at once, several."""
@@ -207,7 +207,7 @@ class Algorithm(Generic[R, M, P, S, K]):
             inputs = self._driven_for_update([*before, learned])
             with self._trials_begun(learned.index, learned.policy):
                 self._update.begin(inputs)
-        return replace(learned, trials=self._trials(learned.index, learned.policy))
+        return replace(learned, trials=self._judged_trials(learned.index, learned.policy))
 
     def _is_updated_anyway(self, newest: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]) -> bool:
         """Whether an update that learns a model at once comes after the newest policy, whatever its trials show."""
@@ -224,6 +224,14 @@ class Algorithm(Generic[R, M, P, S, K]):
     def _trials_begun(self, index: int, policy: P) -> AbstractContextManager[None]:
         """Lets trials begin while the body learns, if the robot waits for its host."""
         return self._steps.begun_ahead(lambda: self._trials(index, policy), drives=True)
+
+    def _judged_trials(self, index: int, policy: P) -> R | None:
+        """Trials as of `_trials`; it is said how many succeeded."""
+        found = self._trials(index, policy)
+        if found is not None:
+            succeeded, trials = self._update.shown(found).share * self._settings.trials, self._settings.trials
+            self._steps.say(f"{succeeded:.0f} of {trials} trials succeeded")
+        return found
 
     def _trials(self, index: int, policy: P) -> R | None:
         """Trials of a policy, as those of iteration `index`; None where none are asked for."""

@@ -133,6 +133,10 @@ class Steps(ABC, Generic[R, M, P, S, K]):
         """
         return nullcontext()
 
+    def say(self, line: str) -> None:
+        """Tell the person something that no single step knows."""
+        return None
+
     def was_driven(self, place: Path) -> bool:
         """Whether the robot was driven at a place already, in a run that goes on where it had ended."""
         return False

@@ -23,6 +23,7 @@ from twbal.algorithm.steps import (
 )
 from twbal.cli.artefacts import DIAGNOSIS, DISTRIBUTION, EVIDENCE, MODEL, POLICY, PREDICTION, read_logs
 from twbal.cli.chain import Chain, StageCall
+from twbal.cli.console import say
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest, read_manifest
 from twbal.cli.robot_link import virtual_command
@@ -57,6 +58,10 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     def begun_ahead(self, work: Callable[[], object], drives: bool = False) -> AbstractContextManager[None]:
         """In a copy of this process: the same stages are asked for after it, and found in their folders."""
         return begun_ahead(work) if not drives or self._robots_are_ready() else nullcontext()
+
+    def say(self, line: str) -> None:
+        """Below the lines of the stage that was run last."""
+        say(line)
 
     def was_driven(self, place: Path) -> bool:
         """As its folder says."""
