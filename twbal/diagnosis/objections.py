@@ -52,8 +52,9 @@ BOUNDLESS = Extent(np.inf, np.inf, np.inf)
 
 _FALLS = 15.0
 """Falling times that the longest recording must last. In shorter ones, such as falls, a slope, a battery that sags, a
-spring and a centre of mass that is off make up for each other: on 2 of 11 virtual robots that fell within that, effects
-were named that were not there; on 8 that stood for longer, none (2026-11-28)."""
+spring and a centre of mass that is off make up for each other. One of four virtual robots that fell within that was
+said to lack a slope, a spring and an eccentric wheel, which it has not; none of six that stood for longer (2026-11-28).
+"""
 
 _PERIODS = {"frequency": 2.0, "waves": 1.0, "count": 1.0}
 """How many periods of a wave a recording must hold, by the parameter that counts them: more in time, where a force may
