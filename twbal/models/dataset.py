@@ -15,6 +15,7 @@ from twbal.models.gp import Posterior
 
 _TIME = Observation._fields.index("time")
 _MISSING = 1.5  # control periods between two samples: one or more of them is missing
+_LEAST_KEPT = 0.5  # share of the control periods with both samples that those with known past commands must make up
 
 
 class Transitions(NamedTuple):
@@ -33,13 +34,13 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     """The control periods of all episodes, in order.
 
     Left out are those at whose end a sample is missing: a host that was late, or a row that was lost, makes a change of
-    two periods or more. So are those whose past commands reach back to such a gap: what acted there is not known. Past
-    commands among the channels are inputs only: they are copied from step to step, so there is nothing to learn. Of an
-    episode with a reference the states are those over ground.
+    two periods or more. So are those whose past commands reach back to such a gap, as what acted there is not known
+    (but see `_usable`). Past commands among the channels are inputs only: they are copied from step to step, so there
+    is nothing to learn. Of an episode with a reference the states are those over ground.
 
     Raises:
         DataError: an episode has other channels than `channels`, the control periods differ, or there is no change over
-            one period with known commands.
+            one period.
     """
     for number, episode in enumerate(episodes):
         if episode.channels != channels.names:
@@ -53,12 +54,11 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
         raise DataError(
             f"The episodes have control periods of {periods} s; a model of one-step changes needs a single one."
         )
-    usable = [_is_usable(episode, channels) for episode in episodes]
+    usable = _usable(episodes, channels)
     if not any(each.any() for each in usable):
-        past = " and known past commands" if channels.lags else ""
         raise DataError(
-            f"There is no control period with both of its samples{past} in {len(episodes)} episodes. Collect at least "
-            "one rollout."
+            f"There is no control period with both of its samples in {len(episodes)} episodes. Collect at least one "
+            "rollout."
         )
     kept, measured = list(channels.inputs), list(channels.measured)
     rows = [np.column_stack([episode.states[:-1], episode.commands])[:, kept] for episode in episodes]
@@ -68,20 +68,26 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     return Transitions(np.concatenate(inputs), np.concatenate(changes))
 
 
-def _is_usable(episode: Episode, channels: Channels) -> Mask:
-    """(T,) whether no sample is missing between the two of a control period, nor where its past commands acted.
+def _usable(episodes: Sequence[Episode], channels: Channels) -> list[Mask]:
+    """(T,) of each episode, whether no sample is missing between the two of a control period, nor where it looks back.
 
     In a period that a host or a line missed, the command before it acted, or the one after it for a part of the period.
+    So what past commands of the states after it did is not known. Where that would leave less than half of the control
+    periods, as with a poor line and a state of many past commands, they are taken as they were recorded.
     """
-    is_whole = np.asarray(np.diff(episode.observations[:, _TIME]) < _MISSING * episode.control_period)
-    found = is_whole.copy()
-    for lag in channels.lags.values():
-        found[lag:] &= is_whole[:-lag]
-    return found
+    whole = [np.diff(e.observations[:, _TIME]) < _MISSING * e.control_period for e in episodes]
+    found = []
+    for is_whole in whole:
+        is_known = is_whole.copy()
+        for lag in channels.lags.values():
+            is_known[lag:] &= is_whole[:-lag]
+        found.append(is_known)
+    kept, most = (sum(int(each.sum()) for each in masks) for masks in (found, whole))
+    return found if kept >= _LEAST_KEPT * most else whole
 
 
 def unbroken(episodes: Sequence[Episode], channels: Channels) -> list[Episode]:
-    """The stretches of episodes in which no sample is missing and all past commands are known.
+    """The stretches of episodes in which no sample is missing and past commands are known (`_usable`).
 
     Those without a control period are left out.
 
@@ -90,8 +96,7 @@ def unbroken(episodes: Sequence[Episode], channels: Channels) -> list[Episode]:
         channels: of their states.
     """
     found: list[Episode] = []
-    for episode in episodes:
-        is_usable = _is_usable(episode, channels)
+    for episode, is_usable in zip(episodes, _usable(episodes, channels), strict=True):
         if len(episode) and is_usable.all():
             found.append(episode)
             continue
