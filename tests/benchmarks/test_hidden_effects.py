@@ -122,7 +122,7 @@ NAMED = {
     "delay": ({"actuation_delay": {"delay": 0.008}}, "named", "actuation_delay"),
     "slope": ({"ground_slope": {"angle": 0.015}}, "named", "ground_slope"),
     "slope while it turns": ({"ground_slope": {"angle": 0.03}}, "named", "ground_slope"),
-    "drag that the library lacks": ({"quadratic_drag": {"drag": 12.0}}, "unknown", ""),
+    "drag": ({"quadratic_drag": {"drag": 12.0}}, "named", "quadratic_drag"),
 }
 """A few sets of the benchmark, smaller: what is hidden, the verdict, and a name that must be among those given."""
 

@@ -227,7 +227,8 @@ def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is
     record = json.loads((out / "diagnosis.json").read_text())
     assert record["verdict"] == "unknown"
     likely = {effect["name"] for effect in record["effects"] if effect["probability"] >= 0.5}
-    assert {"actuation_delay", "com_offset", "tilt_filter"} <= likely
+    assert {"actuation_delay", "tilt_filter"} <= likely
+    assert {"com_offset", "imu_mount_angle"} & likely
     assert "periodic_disturbance" not in likely  # it has none, and an episode is as long as one period would be
     assert record["gap"]["closed"] > 0.7
 

@@ -148,7 +148,7 @@ def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatab
     known = f"known={folder / 'identified'}"
     search(folder, "known", *ROBUST, known)
     assert re.search(
-        r"  regulator of sampled robot 0 \(.+\): \d+% of \d+ sampled robots succeed; the learned model expects",
+        r"  regulator of sampled robot 0 \(.+\).*: \d+% of \d+ sampled robots succeed; the learned model expects",
         capsys.readouterr().out,
     )
     (record,) = read_manifest(folder / "known").inputs["known"]
