@@ -5,6 +5,8 @@ as a new one is far too sure. It pulls the data sheet out of its tolerances to m
 there no single effect helps. Here it counts over the autocorrelation of the errors (a power likelihood), which is the
 same as tolerances that are narrower by its square root. They widen as effects are found.
 
+Any further search adds to a set (`added_to`) and is held against the searches before it (`better_of`) in the same way.
+
 Where the set that is found in the end still pulls the data sheet away, so does what no effect explains. Then its values
 are those of such a likelihood, too (`settled`).
 """
