@@ -3,8 +3,11 @@ from dataclasses import FrozenInstanceError
 import numpy as np
 import pytest
 
+from twbal.algorithm.following import followed
+from twbal.core.course import Course, Segment, Target
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
+from twbal.core.motion_limits import MotionLimits
 
 STEPS = 4
 
@@ -97,7 +100,7 @@ def test_a_rollout_that_ended_at_once_is_an_episode_too():
 
 
 def test_poses_are_kept_with_gaps_where_nothing_told_them():
-    poses = np.arange(4.0 * (STEPS + 1)).reshape(-1, 4)
+    poses = 0.1 * np.arange(4.0 * (STEPS + 1)).reshape(-1, 4)
     poses[2] = np.nan
     made = Episode(**parts(poses=poses))
     np.testing.assert_array_equal(made.poses, poses)
@@ -106,6 +109,30 @@ def test_poses_are_kept_with_gaps_where_nothing_told_them():
     with pytest.raises(ValueError, match="read-only"):
         made.poses[0, 0] = 3.0
     assert Episode(**parts()).poses is None
+
+
+@pytest.mark.parametrize("missing", [False, True])
+def test_the_heading_of_a_robot_that_turns_round_runs_on_beyond_half_a_turn(missing):
+    poses, truth = np.zeros((STEPS + 1, 4)), np.array([0.0, 2.5, 3.5, 4.5, 6.8])
+    poses[:, 2] = np.arctan2(np.sin(truth), np.cos(truth))  # as engines tell it
+    if missing:
+        poses[2], truth[2] = np.nan, np.nan
+    np.testing.assert_allclose(Episode(**parts(poses=poses)).poses[:, 2], truth)
+
+
+def test_the_way_of_a_robot_that_drives_back_is_as_long_as_it_was():
+    """It sways by a degree about half a turn, so the heading that engines tell jumps by a turn again and again."""
+    time = 0.02 * np.arange(251)
+    heading = np.pi + np.radians(1.0) * np.sin(2.0 * np.pi * 1.5 * time)
+    x, y = (np.cumsum(0.01 * side) for side in (np.cos(heading), np.sin(heading)))
+    poses = np.column_stack([x, y, np.arctan2(np.sin(heading), np.cos(heading)), 0.0 * time])
+    observations = np.column_stack([time, np.zeros((251, 6))])
+    states, still = np.zeros((251, 2)), np.column_stack([0.5 * time, np.full(251, 0.5), 0.0 * time])
+    given = parts(observations=observations, states=states, commands=np.zeros(250), poses=poses, references=still)
+    course = Course((Segment(Target(0.5), 0.0, 5.0),), MotionLimits(1.0, 1.0, 1.0), 0.3)
+    (segment,) = followed(Episode(**given), course, 0.15).segments
+    assert segment.speed == pytest.approx(0.5, rel=1e-3)
+    assert segment.off_at_end == pytest.approx(0.0, abs=1e-3)
 
 
 @pytest.mark.parametrize("shape", [(STEPS, 4), (STEPS + 1, 3), (STEPS + 1,)])

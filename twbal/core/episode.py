@@ -101,7 +101,8 @@ class Episode:
         headings: (T + 1, 5) what the control of the heading knew and did, in the order of `HeadingSample`; None where
             nothing controlled it.
         poses: (T + 1, 4) true poses in the order of `Pose`, where something told them; a row is NaN where nothing did
-            at that instant. They serve to judge what the robot did. Policies and models never see them.
+            at that instant. They serve to judge what the robot did. Policies and models never see them. Headings that
+            were told within a turn, as engines and cameras do, run on beyond ±π.
 
     Raises:
         DataError: shapes do not fit together, a value is not finite, or time does not run forward.
@@ -167,8 +168,6 @@ class Episode:
         if self.poses is None:
             return
         poses = np.array(self.poses, dtype=np.float64)
-        poses.flags.writeable = False
-        object.__setattr__(self, "poses", poses)
         expected = len(self.commands) + 1, len(Pose._fields)
         if poses.shape != expected:
             raise DataError(
@@ -180,6 +179,10 @@ class Episode:
                 f"Pose {broken[0]} of the episode is neither known nor unknown ({poses[broken[0]]}); expected numbers, "
                 "or NaN in all of its fields."
             )
+        known, heading = np.isfinite(poses).all(axis=1), Pose._fields.index("heading")
+        poses[known, heading] = np.unwrap(poses[known, heading])
+        poses.flags.writeable = False
+        object.__setattr__(self, "poses", poses)
 
     def __len__(self) -> int:
         return len(self.commands)
@@ -207,7 +210,7 @@ class Episode:
         heading = None if self.headings is None else HeadingSample(*self.headings.T)
         asked = 0.0 if heading is None else heading.reference
         if self.poses is not None and np.isfinite(self.poses).all():
-            return np.asarray(np.unwrap(self.poses[:, Pose._fields.index("heading")]) - asked)
+            return np.asarray(self.poses[:, Pose._fields.index("heading")] - asked)
         return None if heading is None else np.asarray(heading.estimate - asked)
 
     def over_ground(self) -> "Episode":
