@@ -10,9 +10,9 @@ from twbal.core.course import Course, HeadingCourse, Target
 from twbal.core.errors import ConfigError
 from twbal.core.heading import HeadingEstimate
 from twbal.core.heading_control import FRICTION_SHARE, HeadingControl
-from twbal.core.mobility import yaw_inertia, yaw_mobility
+from twbal.core.mobility import falling_time, yaw_inertia, yaw_mobility
 from twbal.core.motion_limits import TURNING_SHARE, MotionLimits
-from twbal.core.motion_profile import Motion, profile_to_position
+from twbal.core.motion_profile import Motion, profile_to_position, profile_to_speed
 from twbal.core.plant import Observation, WheelDifference
 from twbal.core.robot_parameters import RobotParameters
 
@@ -234,6 +234,16 @@ def test_a_bend_at_the_speed_limit_is_far_from_tipping_over_and_limits_can_be_gi
     assert turning.acceleration <= 0.5 * TURNING_SHARE * 20.0 * yaw_mobility(robot)
     given = MotionLimits.of_turning(robot, 1.0, 0.5, 0.25)
     assert (given.speed, given.acceleration) == (0.5, 0.25)
+
+
+def test_a_turn_has_its_full_rate_after_three_falling_times_where_the_torque_is_enough() -> None:
+    robot, straight = paper(torque_limit=1e4), MotionLimits.of_robot(paper())
+    turning = MotionLimits.of_turning(robot, straight.speed)
+    profile = profile_to_speed(Motion(), turning.speed, turning)
+    assert profile.duration == pytest.approx(3.0 * falling_time(robot))
+    assert profile.phases[0].duration == pytest.approx(falling_time(robot))
+    wide = MotionLimits.of_turning(paper(track=3.0), straight.speed)
+    assert wide.speed * 1.5 == pytest.approx(0.5 * straight.speed)  # of each wheel, on the spot
 
 
 def heading_course(segments: list[dict[str, float]], **settings: float) -> HeadingCourse:

@@ -89,9 +89,10 @@ class MotionLimits:
         """Limits of the heading: those that are given, and from the sheet those that are None.
 
         The yaw rate is that at which a bend at `speed` takes a quarter of the sideways acceleration that tips the robot
-        over, g (b/2) / (l + r), and at most that at which a wheel alone runs at half that speed. It is reached within
-        2 √(c / (m g l)) at most, or as slowly as an eighth of the torque limit accelerates; the jerk reaches the
-        acceleration in half that time.
+        over, g (b/2) / (l + r), and at most that at which a wheel alone runs at half that speed. The acceleration
+        reaches it within 2 √(c / (m g l)), and needs an eighth of the torque limit at most; the jerk reaches the
+        acceleration in half that time. From rest a turn so has its full rate after 3 √(c / (m g l)), or later where the
+        torque limits it.
 
         Args:
             robot: its sheet.
