@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,9 +71,11 @@ def test_all_starts_are_there_finite_and_named(make_system, starts_of, linear):
         assert linear or not policy.gain.any()
 
 
-def test_a_share_weakens_an_earlier_policy_before_the_squash(make_system, starts_of):
+@pytest.mark.parametrize("bias", [0.0, 0.3])  # of a robot that balances at another tilt than 0
+def test_a_share_weakens_an_earlier_policy_before_the_squash(make_system, starts_of, bias):
     model, _, _ = make_system(1)
     earlier = linear_policy(shape(True, weight_sd=1.0), NAMES, 20.0, GAIN, np.random.default_rng(0))
+    earlier = replace(earlier, bias=bias)
     starts = starts_of(model, shape(True), [earlier], linearisation_amplitudes=(), gain_scales=(0.5,))
     states = np.random.default_rng(1).standard_normal((20, 4))
     np.testing.assert_allclose(starts[0].policy.activation(states), 0.5 * earlier.activation(states), rtol=1e-12)

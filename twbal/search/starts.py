@@ -163,7 +163,7 @@ def starting_policies(
                     starts.append(Start(origin, policy, Family(StartKind.REGULATOR, number)))
     for index, policy in enumerate(earlier):
         for share in settings.gain_scales:
-            scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain)
+            scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain, bias=share * policy.bias)
             starts.append(Start(f"policy {index} x {share:g}", scaled, Family(StartKind.EARLIER, index)))
     policy = linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)
     starts.append(Start("random", policy, Family(StartKind.RANDOM)))
