@@ -461,3 +461,104 @@ def test_without_names_the_reason_asks_for_numbers(tmp_path):
     path.write_text(text(ROWS[:, :3], names=None))
     _, found = proposed(path)
     assert "tilt (the file has no names of columns: fill in the column's number)" in found.open
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("pitch_est deg", "deg"), ("pitch (Deg)", "deg"), ("pitch [RAD]", "rad"), ("pitch °", "°")]
+)
+def test_a_unit_behind_a_blank_or_in_capital_letters_is_read(name, unit, looked_at):
+    """The tilt is small, so its numbers do not tell that they are degrees."""
+    mapping, found = looked_at(time=COLUMN["t"], wheel_angle=COLUMN["wheel"], **{name: COLUMN["tilt"]})
+    assert mapping["quantities"]["tilt"] == {"from": name, "unit": unit}
+    assert "tilt" not in found.unknown_units
+
+
+def test_of_the_same_numbers_in_two_units_the_si_unit_is_taken(looked_at):
+    names = {"pitch_deg": np.degrees(COLUMN["tilt"]).round(3), "pitch_rad": COLUMN["tilt"]}
+    rates = {"gyro_rad_s": COLUMN["rate"], "gyro_deg_s": np.degrees(COLUMN["rate"]).round(3)}
+    mapping, _ = looked_at(time=COLUMN["t"], wheel_angle=COLUMN["wheel"], **names, **rates)
+    assert mapping["quantities"]["tilt"] == {"from": "pitch_rad", "unit": "rad"}
+    assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_rad_s", "unit": "rad/s"}
+
+
+def test_other_numbers_in_two_units_are_asked_for(looked_at):
+    mapping, found = looked_at(
+        time=COLUMN["t"], wheel_angle=COLUMN["wheel"], pitch_rad=COLUMN["tilt"], pitch_deg=COLUMN["tilt"]
+    )
+    assert mapping["quantities"]["tilt"]["from"] == "???"
+    assert any("pitch_rad or pitch_deg?" in each for each in found.open)
+
+
+@pytest.mark.parametrize("fused", ["Complementary Angle", "kalman_angle", "pitch_dmp"])
+def test_a_filtered_angle_goes_before_one_of_a_gyro_or_an_accelerometer_alone(fused, looked_at):
+    """A sum of gyro rates drifts, and an accelerometer feels the robot's own acceleration."""
+    angles = {"Gyroscope Angle": COLUMN["tilt"] + 0.02 * COLUMN["t"], "Accelerometer Angle": COLUMN["tilt"] + 0.1}
+    mapping, _ = looked_at(
+        time=COLUMN["t"], wheel_angle=COLUMN["wheel"], **{f"{name} (Deg)": v for name, v in angles.items()},
+        **{f"{fused} (Deg)": COLUMN["tilt"]},
+    )  # fmt: skip
+    assert mapping["quantities"]["tilt"] == {"from": f"{fused} (Deg)", "unit": "deg"}
+
+
+def test_an_angle_by_an_accelerometer_alone_is_no_acceleration_and_asked_for(looked_at):
+    mapping, found = looked_at(time=COLUMN["t"], wheel_angle=COLUMN["wheel"], acc_angle=COLUMN["tilt"])
+    assert mapping["quantities"]["tilt"]["from"] == "???"
+    assert any("perhaps acc_angle" in each for each in found.open)
+    assert "acceleration: null\n" in found.mapping
+
+
+@pytest.mark.parametrize("name", ["elapsed_s", "Time (PST)", "time_utc"])
+def test_names_of_a_time_are_understood(name, looked_at):
+    mapping, _ = looked_at(**{name: COLUMN["t"]}, tilt=COLUMN["tilt"], wheel_angle=COLUMN["wheel"])
+    assert mapping["quantities"]["time"] == {"from": name, "unit": "s"}
+
+
+@pytest.mark.parametrize(
+    "name", ["leftEncoderPulsesPerSec", "encoder_left_pulses_per_s", "left wheel ticks per second"]
+)
+def test_counts_a_second_are_a_rate_of_the_wheels_with_a_scale_to_fill_in(name, looked_at):
+    """Such rates are no whole numbers. Their sum stands in for the angle, which is then not asked for."""
+    other = name.replace("left", "right")
+    rates = {name: 123.4 * COLUMN["wheel_rate"], other: 123.4 * COLUMN["wheel_rate"]}
+    mapping, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], torque=COLUMN["u"], **rates)
+    assert mapping["quantities"]["wheel_rate"]["from"] == [name, other]
+    assert mapping["quantities"]["wheel_rate"]["scale"] == "???"
+    assert mapping["quantities"]["wheel_angle"] is None
+    assert found.open == ("scale of wheel_rate",)
+
+
+@pytest.mark.parametrize(("name", "unit"), [("gyro_deg_per_s", "deg/s"), ("pitch_rate_rad_per_sec", "rad/s")])
+def test_a_unit_with_per_is_a_rate_and_no_time(name, unit, looked_at):
+    mapping, _ = looked_at(**plain(torque=COLUMN["u"]), **{name: COLUMN["rate"]})
+    assert mapping["quantities"]["tilt_rate"] == {"from": name, "unit": unit}
+
+
+def test_columns_that_differ_by_a_number_are_asked_for_as_those_of_two_wheels(looked_at):
+    duty = {"motor1_pwm": COLUMN["u"], "motor2_pwm": COLUMN["u"]}
+    mapping, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], wheel_angle=COLUMN["wheel"], **duty)
+    assert mapping["quantities"]["command"]["from"] == "???"
+    assert any("motor1_pwm or motor2_pwm: which is of the left wheel?" in each for each in found.open)
+
+
+def test_rows_of_a_json_file_may_be_lists(tmp_path):
+    path = tmp_path / "rows.json"
+    path.write_text(json.dumps(ROWS.tolist()))
+    _, found = proposed(path)
+    assert [line.split()[1] for line in found.table] == [f"column:{k}" for k in range(1, ROWS.shape[1] + 1)]
+    assert f"{ROWS[1, 1]:.6g}" in found.table[1]
+
+
+@pytest.mark.parametrize("content", ["[1, 2, 3]", '["pitch", {"pitch": 1}]', "3"])
+def test_json_of_another_form_is_refused_with_the_forms_that_are_read(content, tmp_path):
+    path = tmp_path / "rows.json"
+    path.write_text(content)
+    with pytest.raises(LogError, match="neither an object of lists nor a list of objects or lists"):
+        guess(path)
+
+
+def test_rates_of_two_numbered_wheels_are_the_reason_where_no_angle_is_found(looked_at):
+    rates = {f"motor{k}_encoder_pulses_per_s": 123.4 * COLUMN["wheel_rate"] for k in (1, 2)}
+    _, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], torque=COLUMN["u"], **rates)
+    (reason,) = found.open
+    assert reason.startswith("wheel_angle (perhaps motor1_encoder_pulses_per_s or motor2_encoder_pulses_per_s")
+    assert "rate of the wheels" in reason

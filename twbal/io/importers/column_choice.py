@@ -7,7 +7,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
-from twbal.io.importers.column_names import COUNTED
+from twbal.io.importers.column_names import COUNTED, COUNTING, FUSED
 from twbal.io.importers.mapping import QUANTITIES, UNITS
 from twbal.io.importers.wraps import time_wrap
 
@@ -17,9 +17,11 @@ _PERIODS = (0.0005, 0.3)  # s; of logs
 _SAID = {
     "command": "torque of both wheels (a voltage or duty cycle belongs to `voltage`)",
     "wheel_angle": "angle of the wheels",
+    "wheel_rate": "rate of the wheels",
 }
 """What quantities are called where their names do not say it."""
 _OF_WHEELS = ("wheel_angle", "wheel_rate", "distance")  # what an encoder may count
+_ROUNDED = 0.01  # share of the largest value by which the same numbers in two units may differ
 _WHOLE = 10  # a column of whole numbers that spans more counts something
 
 
@@ -60,7 +62,7 @@ def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
     meant = [column for column in named if np.isfinite(column.values).any()]
     units = {"", *UNITS.get(unit, ()), *(COUNTED if quantity in _OF_WHEELS else ())}
     fitting = [c for c in meant if c.meaning.unit in units or not unit]
-    certain = [column for column in fitting if column.meaning.certain]
+    certain = _plainest(quantity, [column for column in fitting if column.meaning.certain])
     sides = {column.meaning.side for column in certain}
     if len(certain) == 1 and sides == {""}:
         return ColumnChoice(certain)
@@ -74,7 +76,11 @@ def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
         names = " or ".join(column.name for column in fitting)
         if len(fitting) == 2 and {column.meaning.side for column in fitting} == {"left", "right"}:
             names = f"both {fitting[0].name} and {fitting[1].name}"
-        text = f"perhaps {names}: such a name may mean other things. If it is the {_SAID.get(quantity, quantity)}, "
+        said = _SAID.get(quantity, quantity)
+        if _are_numbered(fitting):
+            text = f"perhaps {names}: which is of the left wheel? If they are the {said}, "
+            return ColumnChoice((), f"{text}fill in both, the left wheel's first, and the unit")
+        text = f"perhaps {names}: such a name may mean other things. If it is the {said}, "
         return ColumnChoice((), f"{text}fill in its name and unit")
     if meant:
         return ColumnChoice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
@@ -82,6 +88,32 @@ def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
         names = " and ".join(column.name for column in named)
         return ColumnChoice((), f"{names}: not all of its fields are numbers")
     return ColumnChoice()
+
+
+def _plainest(quantity: str, certain: list[Column]) -> list[Column]:
+    """Columns without those that tell the same as another one, or tell the tilt less well."""
+    if quantity == "tilt":
+        fused = [column for column in certain if FUSED & set(column.meaning.stem)]
+        certain = fused if len(fused) == 1 else certain
+    if len(certain) == 2 and not any(column.meaning.side for column in certain) and _are_one(quantity, *certain):
+        return [min(certain, key=lambda column: column.meaning.unit != QUANTITIES[quantity])]
+    return certain
+
+
+def _are_one(quantity: str, one: Column, other: Column) -> bool:
+    """Whether two columns are the same numbers in two units: `pitch_rad` and `pitch_deg`."""
+    sizes = UNITS.get(QUANTITIES.get(quantity, ""), {})
+    units = one.meaning.unit, other.meaning.unit
+    if one.meaning.stem != other.meaning.stem or units[0] == units[1] or not set(units) <= set(sizes):
+        return False
+    first, second = sizes[units[0]] * one.values, sizes[units[1]] * other.values
+    return bool(np.nanmax(np.abs(first - second)) <= _ROUNDED * np.nanmax(np.abs(first)))
+
+
+def _are_numbered(columns: Sequence[Column]) -> bool:
+    """Whether two columns differ by a number alone, as those of two wheels do: `motor1_pwm` and `motor2_pwm`."""
+    stems = [[word for word in column.meaning.stem if not word.isdigit()] for column in columns]
+    return len(columns) == 2 and stems[0] == stems[1] and columns[0].meaning.stem != columns[1].meaning.stem
 
 
 def grows(values: Array) -> bool:
@@ -100,7 +132,8 @@ def counts(quantity: str, column: Column) -> bool:
     """Whether a column of what the wheels did is in counts of an encoder."""
     values = column.values[np.isfinite(column.values)]
     is_whole = bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
-    return quantity in _OF_WHEELS and (is_whole or column.meaning.unit in COUNTED)
+    is_said = column.meaning.unit in COUNTED or (not column.meaning.unit and bool(COUNTING & set(column.meaning.stem)))
+    return quantity in _OF_WHEELS and (is_whole or is_said)
 
 
 def unit_of(quantity: str, column: Column) -> Unit:

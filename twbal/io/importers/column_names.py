@@ -12,15 +12,19 @@ DUTY = "duty cycle"
 CURRENT, QUATERNION = "current", "quaternion"
 """What a torque and a tilt can be worked out of: no quantities of a mapping."""
 
-_RATE = {"rate", "vel", "velocity", "speed", "dot", "omega", "rpm"}
-_ANGLE = {"angle", "pos", "position", "count", "counts", "tick", "ticks", "rad", "deg"}
+COUNTING = {"count", "counts", "tick", "ticks", "pulse", "pulses"}
+"""Words of columns that an encoder counts."""
+
+_RATE = {"rate", "vel", "velocity", "speed", "dot", "omega", "rpm", "dq", "qd"}
+_ANGLE = {"angle", "pos", "position", "rad", "deg", "q", *COUNTING}
 _BODY = {"tilt", "pitch", "roll", "lean", "inclination"}
 _YAW = {"yaw", "heading"}
 _WHEEL = {"wheel", "wheels", "motor", "motors"}
 _ENCODER = {"enc", "encoder", "encoders"}
 _GYRO = {"gyro", "gyr", "gyroscope"}
 _ACCELEROMETER = {"acc", "accel", "accelerometer", "acceleration"}
-_TIME = {"t", "time", "timestamp", "stamp", "clock", "millis", "micros", "sec", "seconds", "ms", "us", "ns"}
+_TIME = {"t", "time", "timestamp", "stamp", "clock", "millis", "micros", "sec", "seconds", "ms", "us", "ns", "elapsed"}
+_ZONES = {"utc", "gmt", "local", *("pst", "pdt", "mst", "mdt", "cst", "cdt", "est", "edt", "bst", "cet", "cest", "jst")}
 _DRIVE = {"torque": "command", "tau": "command", "voltage": "voltage", "volt": "voltage", "volts": "voltage"} | {
     word: DUTY for word in ("duty", "pwm")
 }
@@ -31,6 +35,7 @@ _CURRENT = {"current", "currents", "amps"}
 _QUATERNION = {"quaternion", "quat", "orientation"}
 _VAGUE = {  # a letter that books use for this and for that; a command of what it does not say
     **{"theta": "tilt", "psi": "tilt", "phi": "wheel_angle", "dtheta": "tilt_rate", "dpsi": "tilt_rate"},
+    **{"theta dot": "tilt_rate", "psi dot": "tilt_rate", "phi dot": "wheel_rate"},
     **{"dphi": "wheel_rate", "u": "command", "command": "command", "cmd": "command", "control": "command"},
     **{"effort": "command", "effort command": "command", "wheel": "wheel_angle", "wheels": "wheel_angle"},
 }
@@ -46,10 +51,14 @@ _ELSE = {
     *("batt", "battery", "supply"),
 }
 """Words of columns that are about a quantity and not the quantity."""
+FUSED = {"complementary", "kalman", "ekf", "madgwick", "mahony", "dmp", "fused", "fusion"}
+"""Words of columns that filters made of a gyro and an accelerometer."""
+
 _FILLING = {
     *("estimated", "est", "filtered", "raw", "measured", "meas", "mean", "avg", "loop", "start", "cycle"),
     *("angular", "imu", "robot", "body", "sensor", "axle"),
     *("data", "joint", "joints", "states", "controller", "header", "linear"),
+    *("euler", "rpy", "ypr", "yrp", *FUSED),
 }
 """Words of columns that change nothing about their quantity."""
 _GLUED = (  # words that are written as one
@@ -60,16 +69,22 @@ _GLUED = (  # words that are written as one
     (r"(?i)\b(pwm|duty|torque|enc|encoder|ticks|pos|speed|vel|rpm|wheel|motor)([lr])\b", r"\1 \2"),
     (r"(?i)(wheel|motor|encoder|pitch|tilt|yaw|roll|body)(?=angle|rate|speed|vel|pos|dot|count|tick)", r"\1 "),
     (r"([A-Za-z])(\d)", r"\1 \2"),
+    (r"(?i)\bper\s+(s|sec|second)\b", "rate"),
 )
 _UNIT = re.compile(
-    r"[\[(]([^\])]+)[\])]|(?<=.)_(s|ms|us|ns|rad|deg|rad_s|deg_s|rad/s|deg/s|dps|rpm|m|mm|cm|v|mv|nm|mnm)$", re.I
+    r"[\[(]([^\])]+)[\])]"
+    r"|(?<=.)_((?:rad|deg|m)_per_s(?:ec)?|(?<!per_)(?:s|ms|us|ns|rad|deg|rad_s|deg_s|rad/s|deg/s|dps|rpm)"
+    r"|m|mm|cm|v|mv|nm|mnm)$"
+    r"|(?<=.) (s|ms|us|ns|rad|deg|degrees|°|rad/s|deg/s|°/s|dps|rpm|mm|cm|nm|mnm)$",
+    re.I,
 )
 _ALIASES = {
     **{"sec": "s", "seconds": "s", "msec": "ms", "usec": "us"},
     **{"rad_s": "rad/s", "deg_s": "deg/s", "dps": "deg/s", "degrees": "deg"},
+    **{f"{unit}_per_{second}": f"{unit}/s" for unit in ("rad", "deg", "m") for second in ("s", "sec")},
     **{"v": "V", "volt": "V", "mv": "mV", "nm": "N·m", "mnm": "mNm"},
     **{"n m": "N·m", "n*m": "N·m", "n⋅m": "N·m", "mn m": "mNm", "mn*m": "mNm", "mn·m": "mNm", "mn⋅m": "mNm"},
-    **{"count": "counts", "tick": "ticks", "steps": "counts"},
+    **{"count": "counts", "tick": "ticks", "steps": "counts", "pulse": "counts", "pulses": "counts"},
     **{"μs": "µs", "degree": "deg", "degrees/s": "deg/s"},  # the Greek letter; else it is the micro sign
 }
 COUNTED = ("counts", "ticks")
@@ -170,12 +185,16 @@ def _unit(name: str) -> tuple[str, str]:
     found = _UNIT.search(name)
     if not found:
         return "", name
-    unit = (found[1] or found[2]).strip()
+    unit = (found[1] or found[2] or found[3]).strip()
     if _RANGE.fullmatch(unit):
         return "", name.replace(found[0], " ")
     unit = _ALIASES.get(unit.lower(), unit)
-    known = any(unit in units for units in UNITS.values()) or unit in _OTHER_UNITS
-    return (unit, name.replace(found[0], " ")) if known else ("", name)
+    known = next((each for each in (unit, unit.lower()) if _is_known(each)), "")  # `Deg`, `RPM`
+    return (known, name.replace(found[0], " ")) if known else ("", name)
+
+
+def _is_known(unit: str) -> bool:
+    return unit in _OTHER_UNITS or any(unit in units for units in UNITS.values())
 
 
 def _words(name: str) -> list[str]:
@@ -199,9 +218,11 @@ def _quantity(words: set[str], unit: str) -> tuple[str | None, set[str]]:
     if words & _WHEEL and unit in UNITS["V"]:
         return "voltage", _WHEEL
     if words & _TIME:
-        return "time", _TIME
+        return "time", _TIME | _ZONES
     if (words & _GYRO and not words & _ANGLE) or ("angular" in words and axis and rate and not words & _WHEEL):
         return ("yaw_rate" if words & _YAW or "z" in axis else "tilt_rate"), _GYRO | _RATE | _BODY | _YAW | _AXES
+    if words & _ACCELEROMETER and (angle or words & _BODY) and not rate:
+        return "tilt", _BODY | _ANGLE  # by the direction of gravity alone: not certain
     if words & _ACCELEROMETER:
         return "acceleration", {"acceleration", "forward", "platform"}  # of an IMU it has gravity in it: not certain
     if words & (_WHEEL | _ENCODER) and (rate or angle or words & _ENCODER):

@@ -226,10 +226,11 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     elif all(pose.values()):
         proposal.take("x", pose["x"])
         proposal.take("y", pose["y"])
-    elif not proposal.lines["wheel_rate"].startswith("null") and _OPEN not in proposal.lines["wheel_rate"]:
+    elif not proposal.lines["wheel_rate"].startswith(("null", f"{{from: {_OPEN}")):
         proposal.drop("wheel_angle", "the sum of wheel_rate")
     else:
-        proposal.leave("wheel_angle", angle.reason or _not_found(columns))
+        rate = choose("wheel_rate", columns).reason
+        proposal.leave("wheel_angle", angle.reason or rate or _not_found(columns))
     if pose["heading"] and ("x" in proposal.lines or proposal.lines["yaw_rate"].startswith("null")):
         proposal.take("heading", pose["heading"])
     if "wheel_angle" not in proposal.lines:
