@@ -114,3 +114,18 @@ def test_offset_and_noise_of_a_gyro_are_no_doubt(offset, noise, driven, paper):
     part = standing(driven, paper, 1.0, offset, noise=noise)
     assert [doubt for doubt in side_doubts(part) if doubt.kind is not DoubtKind.UNTOLD] == []
     assert list(side_doubts(part._replace(sides={}))) == []
+
+
+@pytest.mark.parametrize("quantity", ["wheel_angle", "wheel_rate"])
+@pytest.mark.parametrize("right", [1.0, -1.0])
+def test_a_wheel_that_counts_backward_is_named_by_angles_and_by_rates(right, quantity, driven, paper):
+    """The wheels differ by some noise, without which their mean would be 0."""
+    seen, commands = driven
+    turned = seen[:, {"wheel_angle": 4, "wheel_rate": 5}[quantity]]
+    noise = 0.01 * np.ptp(turned) * np.random.default_rng(8).standard_normal(turned.shape)
+    sides = turned, right * turned + noise
+    signals = {"tilt": seen[:, 1], "tilt_rate": seen[:, 2], quantity: 0.5 * (sides[0] + sides[1])}
+    part = LogPart(paper.control_period, signals, commands, {quantity: sides}, False, False, paper)
+    found = [doubt.sentence for doubt in side_doubts(part) if doubt.kind is DoubtKind.SIGN]
+    assert len(found) == (right < 0)
+    assert all("count against each other" in sentence and "[s, -s]" in sentence for sentence in found)

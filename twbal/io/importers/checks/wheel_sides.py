@@ -9,7 +9,7 @@ from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
 from twbal.core.smoothed_derivatives import lengths, smoothed
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
-from twbal.io.importers.checks.mechanics import mechanics
+from twbal.io.importers.checks.mechanics import integral, mechanics
 from twbal.io.importers.checks.rates import changes, turned
 
 SCALE_OF_EACH = "give each its scale: [s, -s] in the place of a scale s"
@@ -29,7 +29,8 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
         yield from _fast_turns_of_one_wheel(part)
         return
     is_angle = "wheel_angle" in part.sides or "distance" in part.sides
-    against = list(_against_each_other(part, sides)) if is_angle else []
+    angles = sides if is_angle else (integral(sides[0], part.period), integral(sides[1], part.period))
+    against = list(_against_each_other(part, angles))
     yield from against
     if against:
         return
