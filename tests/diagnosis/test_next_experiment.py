@@ -81,7 +81,7 @@ def test_nothing_is_expected_where_one_model_is_certain_or_predictions_are_no_nu
 def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_them_makes(paper, comparison):
     """By Monte Carlo over the sensors' noise, both models being as they are (a prior that lets nothing move).
 
-    The likelihood's tails, heavier than those of this noise, make the former a fifth to a quarter more.
+    The likelihood's tails, heavier than those of this noise, make the former about a quarter more.
     """
     experiment = Experiment(0.1, 0.03, 0.06, 0.2)
     true = comparison.rivals[0].fit.model._replace(noise=NOISE)
