@@ -6,7 +6,7 @@ import pytest
 from twbal.core.errors import ConfigError
 from twbal.io.importers.checks.doubt import LogPart
 from twbal.io.importers.checks.implausible_values import constant_doubts, torque_doubts
-from twbal.io.importers.checks.repeated_rows import longest_repeat
+from twbal.io.importers.checks.repeated_rows import held_doubts, longest_repeat, rows_held
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.mapping import mapping
 
@@ -19,6 +19,26 @@ def test_a_block_that_comes_again_is_found_and_chance_is_not():
     again = np.concatenate([tilt, tilt[300:500]])
     first, second, count = longest_repeat({"tilt": again})
     assert (first, second, count) == (300, 1000, 200)
+
+
+@pytest.mark.parametrize("times", [2, 5])
+def test_rows_that_all_come_again_at_once_are_doubted(times):
+    """The log of a loop that writes more often than the robot measures, also with a column of time."""
+    tilt = np.repeat(0.1 * np.random.default_rng(3).standard_normal(200), times)
+    signals = {"time": 0.01 * np.arange(len(tilt)), "tilt": tilt, "wheel_rate": 3.0 * tilt}
+    part = LogPart(0.01, signals, tilt[1:], {}, False, False, None)
+    (found,) = held_doubts(part, 1)
+    assert not list(held_doubts(part, times))  # the import takes one of each
+    assert f"each row comes {times} times in a row" in found.sentence
+    assert f"period={0.01 * times:.3g}." in found.sentence
+
+
+def test_sensors_at_rest_and_rows_that_change_are_no_rows_held():
+    rng = np.random.default_rng(4)
+    assert rows_held({"tilt": rng.standard_normal(200)}) == 1
+    assert rows_held({"tilt": np.round(0.4 * rng.standard_normal(400))}) == 1
+    assert rows_held({"tilt": np.repeat(rng.standard_normal(200), rng.integers(1, 4, 200))}) == 1
+    assert rows_held({"tilt": np.zeros(400)}) == 1
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
+from twbal.io.importers.checks.repeated_rows import held_doubts
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import reader_of
 from twbal.io.importers.mapping import SIDES, UNITS
@@ -119,7 +120,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)
     steps = Curves(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
     found = [Doubt(DoubtKind.TIME, "time", sentence, steps) for sentence in odd]
-    found += [*_of_one_wheel(mapping), *doubts(signals, looked_at)]
+    found += [*_of_one_wheel(mapping), *held_doubts(looked_at, every), *doubts(signals, looked_at)]
     untold = tuple(doubt.sentence for doubt in found if doubt.kind is DoubtKind.UNTOLD)
     doubted = tuple(doubt for doubt in found if doubt.kind is not DoubtKind.UNTOLD)
     return Imported(tuple(episodes), tuple(notes), doubted, untold)

@@ -1,4 +1,4 @@
-"""Rows that a log has twice: a buffer that was written twice, a file that was joined to itself."""
+"""Rows that a log has twice: a buffer that was written twice, a file that was joined to itself, each row again."""
 
 from collections.abc import Iterator, Mapping
 
@@ -9,6 +9,19 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 
 _CHANCE = 30.0  # bits beyond those of all pairs of rows: one log in 10⁹ repeats so much by chance
+_REGULAR = 0.9  # share of the changes that come after the same number of rows, from which rows are held
+_FEWEST = 20  # changes by which that is judged
+
+
+def held_doubts(part: LogPart, every: int) -> Iterator[Doubt]:
+    """A sentence on rows that all come several times, of which the import takes more than one: `every` of them."""
+    times = rows_held({name: values for name, values in part.signals.items() if name != "time"})
+    if every % times:
+        sentence = (
+            f"each row comes {times} times in a row: was it written more often than the robot measures? Then give "
+            f"period={times * part.period:.3g}. If the log has no time, is its `rate` that of the rows?"
+        )
+        yield Doubt(DoubtKind.REPEATED, "", sentence, Curves(part.period, part.signals["tilt"], "tilt [rad]"))
 
 
 def repeat_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -25,6 +38,16 @@ def repeat_doubts(part: LogPart) -> Iterator[Doubt]:
     again[first : first + count] = again[second : second + count] = part.signals["tilt"][first : first + count]
     evidence = Curves(part.period, part.signals["tilt"], "tilt [rad]", again, "rows that come twice [rad]")
     yield Doubt(DoubtKind.REPEATED, "", sentence, evidence)
+
+
+def rows_held(signals: Mapping[str, Array]) -> int:
+    """How many times each row comes one after another; 1 where they do not all come as many times."""
+    rows = np.column_stack(list(signals.values()))
+    gaps = np.diff(np.flatnonzero((np.diff(rows, axis=0) != 0.0).any(axis=1)))
+    if len(gaps) < _FEWEST:
+        return 1
+    times = int(np.median(gaps))
+    return times if np.mean(gaps == times) >= _REGULAR else 1
 
 
 def longest_repeat(signals: Mapping[str, Array]) -> tuple[int, int, int] | None:
