@@ -193,6 +193,49 @@ def test_numbers_with_their_names_before_them_are_columns_of_these_names(between
     assert [column.name for column in all_columns(path)] == list(NAMES)
 
 
+@pytest.mark.parametrize("stamp", ["12:34:56.789 > ", "[12:34:56.789] ", "[2024-05-03 12:34:56] ", "12:34:56:789 > "])
+def test_the_stamps_of_other_terminals_are_not_read_either(stamp, log):
+    lines = [stamp + line for line in text(ROWS).splitlines()]
+    assert read_text(log("\n".join(lines) + "\n"), WANTED).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+
+
+@pytest.mark.parametrize("brackets", ["[]", "()"])
+def test_lists_and_tuples_as_python_prints_them_are_rows(brackets, log):
+    lines = [f"{brackets[0]}{', '.join(f'{x:.9g}' for x in row)}{brackets[1]}" for row in ROWS]
+    read = read_text(log("\n".join(lines) + "\n"), [k + 1 for k in PLACES])
+    assert read.values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+
+
+@pytest.mark.parametrize("word", ["ypr\t{}", "$IMU,{}", "{},*5A"])
+def test_a_word_that_all_rows_have_is_no_name_and_the_first_row_no_header(word, log):
+    """As a program writes it before or behind its numbers; a row that is like the first one is no header again."""
+    between = "\t" if "\t" in word else ","
+    rows = np.vstack([ROWS, ROWS[:1]])
+    lines = [word.format(between.join(f"{x:.9g}" for x in row)) for row in rows]
+    first = 1 if word.startswith("{") else 2
+    read = read_text(log("\n".join(lines) + "\n"), [first + 1, first + 2])
+    assert read.values == pytest.approx(rows[:, 1:3], abs=1e-8)
+
+
+def test_units_behind_numbers_that_have_names_are_read(log):
+    lines = [f"t={1e3 * t:.0f}ms pitch={np.degrees(tilt):.7f}deg | u={u:.6f}" for t, tilt, u in ROWS[:, [0, 1, 7]]]
+    columns = all_columns(log("\n".join(lines) + "\n"))
+    assert [column.name for column in columns] == ["t [ms]", "pitch [deg]", "u"]
+    assert [column.meaning.unit for column in columns] == ["ms", "deg", ""]
+    assert np.radians(columns[1].values) == pytest.approx(ROWS[:, 1], abs=1e-8)
+
+
+@pytest.mark.parametrize(("begin", "end"), [("", ""), ("\x1b[0;32m", "\x1b[0m")])
+def test_the_log_of_an_esp32_tells_its_own_time(begin, end, log):
+    lines = [
+        f"{begin}I ({1000 + 1e3 * t:.0f}) balance: pitch={tilt:.9f} u={u:.6f}{end}" for t, tilt, u in ROWS[:, [0, 1, 7]]
+    ]
+    columns = all_columns(log("\n".join(lines) + "\n"))
+    assert [column.name for column in columns] == ["time_ms", "pitch", "u"]
+    assert columns[0].values - 1000.0 == pytest.approx(1e3 * ROWS[:, 0])
+    assert columns[1].values == pytest.approx(ROWS[:, 1], abs=1e-8)
+
+
 def test_a_few_torn_lines_are_left_out_and_said(log):
     """A serial line loses characters, so that two lines become one, or a part of one."""
     lines = text(LONG).splitlines()

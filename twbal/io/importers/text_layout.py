@@ -65,7 +65,7 @@ def layout_of(path: Path, text: TextLines) -> TextLayout:
     comma = any(DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     before = _before(rows, comma)
     first, rows = first[before:], rows[before:]
-    is_header = not text.names and not all(_is_value(field, comma) for field in rows[0])
+    is_header = not text.names and _is_header(rows, comma)
     header = rows[0] if is_header else None
     units = _units_below(path, first, rows, comma) if header and len(rows) > 2 else ()
     if units:
@@ -87,6 +87,20 @@ def layout_of(path: Path, text: TextLines) -> TextLayout:
 def _is_value(field: str, comma: bool) -> bool:
     """Whether a field is what a row has: a number, a time of day, or a word that says that it is missing."""
     return is_number(field, comma) or is_time(field) or field.lower() in MISSING
+
+
+def _is_header(rows: Sequence[Sequence[str]], comma: bool) -> bool:
+    """Whether the first row names columns: one in which a word is, where most rows have a value.
+
+    A word that all rows have, such as the `ypr` or `$IMU` that a program writes before its numbers, names no column.
+    """
+    first, width = rows[0], _most(rows)
+    words = [k for k, field in enumerate(first) if not _is_value(field, comma)]
+    body = [row for row in rows[1:] if len(row) == width]
+    if len(first) != width or not body:
+        return bool(words)
+    shares = [sum(_is_value(row[k], comma) for row in body) / len(body) for k in range(width)]
+    return any(shares[k] > 0.5 for k in words)
 
 
 def _most(rows: Sequence[Sequence[str]]) -> int:
