@@ -1,5 +1,6 @@
 """Rollouts and trials by the library are those of the commands, and of the robot that is asked for."""
 
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -108,3 +109,24 @@ def test_a_robot_on_a_link_that_takes_less_than_its_sheet_says_is_not_driven(pol
 def test_what_cannot_be_driven_is_one_clear_error(policy):
     with pytest.raises(LinkError, match="there_is_no_such_port"):
         twbal.connect("/dev/there_is_no_such_port").__enter__()
+
+
+@pytest.mark.parametrize("name", ["learn", "diagnose", "evaluate", "evaluate_simulation", "simulate"])
+def test_ctrl_c_is_heard_as_where_kernels_run(name, monkeypatch):
+    heard = []
+
+    def look(*_):
+        heard.append(signal.getsignal(signal.SIGINT))
+        raise ConfigError("seen")
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    for module in ("diagnosing", "driving", "evaluating", "learning"):
+        for check in ("check_whole", "check_progress", "check_plant"):
+            monkeypatch.setattr(f"twbal.api.{module}.{check}", look, raising=False)
+    try:
+        with pytest.raises(ConfigError, match="seen"):
+            getattr(twbal, name)(*{"simulate": ()}.get(name, ("policy", "episodes")))
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert heard[0] is not signal.default_int_handler

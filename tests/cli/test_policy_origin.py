@@ -86,3 +86,4 @@ def test_the_library_warns_of_a_policy_that_tells_no_control_period():
     assert len(said) == 2
     assert "The policy commands up to 20 N·m; the torque limit of the robot 'upkie' is 3.4 N·m" in said[0]
     assert "The policy reads 2 past commands; the state of the robot 'upkie' has 8" in said[1]
+    assert {one.filename for one in caught} == {__file__}  # the line that called the library

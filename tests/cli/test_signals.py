@@ -1,10 +1,46 @@
 import os
 import signal
+import subprocess
+import sys
 import threading
 
 import pytest
 
-from twbal.cli.signals import STOPPING, stopped_once
+from twbal.cli.signals import STOPPING, interruptible, stopped_once
+
+INTERRUPTED_KERNEL = """
+import os, signal, threading, time
+from typing import NamedTuple
+import numba
+from twbal.cli.signals import interruptible, stopped_once
+
+class Inner(NamedTuple):
+    value: float
+
+class Outer(NamedTuple):
+    inner: Inner
+    steps: int
+
+@numba.njit(nogil=True)
+def work(steps):
+    value = 0.5
+    for _ in range(steps):
+        value = 3.9 * value * (1.0 - value)
+    return Outer(Inner(value), steps)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+work(1)
+try:
+    with {context}():
+        sender = threading.Timer(0.05, os.kill, [os.getpid(), signal.SIGINT])
+        sender.start()
+        while sender.is_alive():
+            work(100_000_000)
+        work(100_000_000)
+        time.sleep(10.0)
+except KeyboardInterrupt:
+    print("stopped")
+"""
 
 
 @pytest.fixture(autouse=True)
@@ -53,3 +89,29 @@ def test_in_another_thread_nothing_changes():
     thread.start()
     thread.join()
     assert set(seen) == {signal.default_int_handler}
+
+
+@pytest.mark.parametrize("context", ["interruptible", "stopped_once"])
+def test_ctrl_c_in_a_kernel_that_returns_named_tuples_is_no_segmentation_fault(context):
+    code = INTERRUPTED_KERNEL.replace("{context}", context)
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert (found.returncode, found.stdout) == (0, "stopped\n"), found.stderr
+
+
+def test_interruptible_raises_at_once_and_leaves_the_handler_as_it_was():
+    with pytest.raises(KeyboardInterrupt), interruptible():
+        os.kill(os.getpid(), signal.SIGINT)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_interruptible_leaves_alone_whoever_hears_ctrl_c_already():
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with interruptible():
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+
+
+def test_at_the_end_the_next_ctrl_c_ends_the_process_without_a_word():
+    code = "import os, signal; from twbal.cli.signals import end_at_next_interrupt as end; end(); "
+    code += "os.kill(os.getpid(), signal.SIGINT)"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert (found.returncode, found.stderr) == (-signal.SIGINT, "")

@@ -6,10 +6,12 @@ from twbal.api.arguments import check_progress
 from twbal.api.files import GivenEpisodes, episodes_in
 from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
+from twbal.cli.signals import interruptible
 from twbal.diagnosis.inputs import NamedEpisodes
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 
 
+@interruptible()
 def diagnose(
     episodes: GivenEpisodes,
     robot: RobotLike = "paper",

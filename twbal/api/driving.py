@@ -16,6 +16,7 @@ from twbal.api.files import load_policy
 from twbal.api.sheets import RobotLike
 from twbal.cli.composed import warn_of
 from twbal.cli.policy_check import check_made_for, other_past_commands
+from twbal.cli.signals import interruptible
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
@@ -51,6 +52,7 @@ class Evaluation:
         return len(self.episodes)
 
 
+@interruptible()
 def simulate(
     robot: RobotLike = "paper",
     policy: Policy | str | Path | None = None,
@@ -99,6 +101,7 @@ def simulate(
     return list(driven(simulation, driver or setup.at_random, channels, settings, source))
 
 
+@interruptible()
 def evaluate(
     policy: Policy | str | Path,
     robot: RobotLike = "paper",

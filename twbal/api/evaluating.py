@@ -7,12 +7,14 @@ from twbal.api.files import GivenEpisodes, episodes_in
 from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.commands import text
 from twbal.cli.evaluation_config import composed_evaluation
+from twbal.cli.signals import interruptible
 from twbal.core.errors import ConfigError
 from twbal.diagnosis.evaluation_inputs import GivenLog
 from twbal.diagnosis.evaluation_record import SimulationEvaluation
 from twbal.diagnosis.simulation_evaluation import evaluate_simulations
 
 
+@interruptible()
 def evaluate_simulation(
     simulations: Mapping[str, str],
     episodes: GivenEpisodes,

@@ -12,6 +12,7 @@ from twbal.algorithm.summary import Summary
 from twbal.api.arguments import check_plant, check_progress
 from twbal.api.configured import setup as configured
 from twbal.api.sheets import RobotLike, sheet_of
+from twbal.cli.signals import interruptible
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
@@ -44,6 +45,7 @@ class LearningResult:
         return self.policies[self.summary.best_iteration]
 
 
+@interruptible()
 def learn(
     plant: Plant,
     robot: RobotLike = _DEFAULT_ROBOT,

@@ -1,7 +1,9 @@
 """Packaged configurations for Python: what a command would run with, composed outside of any command."""
 
+import sys
 import warnings
 from collections.abc import Iterable, Sequence
+from types import FrameType
 
 from hydra import compose
 from hydra.errors import HydraException, InstantiationException
@@ -16,7 +18,7 @@ from twbal.cli.sheet_doubts import doubts_of
 from twbal.cli.sim_files import with_files
 from twbal.core.errors import TwbalError
 
-_OUTSIDE = 4  # calls from here to who calls the library, as a rule
+_OF_THE_LIBRARY = ("twbal.", "contextlib")  # modules between `warn_of` and who calls the library
 
 
 def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
@@ -45,7 +47,15 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
 def warn_of(doubts: Iterable[str]) -> None:
     """Warn of what may be meant and as a rule is not."""
     for doubt in doubts:
-        warnings.warn(doubt, stacklevel=_OUTSIDE)
+        warnings.warn(doubt, stacklevel=1 + _calls_to_outside(sys._getframe()))
+
+
+def _calls_to_outside(frame: FrameType | None) -> int:
+    """How many calls there are from a frame of this library to the line that called the library."""
+    calls = 0
+    while frame is not None and f"{frame.f_globals.get('__name__')}".startswith(_OF_THE_LIBRARY):
+        calls, frame = calls + 1, frame.f_back
+    return calls
 
 
 def built(cfg: DictConfig, part: str) -> object:

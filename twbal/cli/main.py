@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Sequence
 
 from twbal import __version__
+from twbal.cli.signals import end_at_next_interrupt, interruptible
 from twbal.core.errors import TwbalError
 
 STAGES = {
@@ -66,9 +67,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     _stand_in_for_closed_streams()
     try:
-        code = _answer(words)
-        sys.stdout.flush()
+        with interruptible():
+            code = _answer(words)
+            sys.stdout.flush()
         if arguments is None:
+            end_at_next_interrupt()
             gc.freeze()  # at its end Python would look through all that was loaded, for up to a second
     except BrokenPipeError:  # who read our output, such as `head`, has gone
         _drop_output()
@@ -136,6 +139,7 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
 
         run_stage(stage, words, program or f"twbal {stage}")
     except KeyboardInterrupt:
+        end_at_next_interrupt()
         print("twbal: stopped", file=sys.stderr)
         return 130
     except SystemExit as end:  # argparse and Hydra's own flags end this way
