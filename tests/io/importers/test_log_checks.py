@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.errors import ConfigError
 from twbal.io.importers.checks.doubt import LogPart
-from twbal.io.importers.checks.implausible_values import constant_doubts, torque_doubts
+from twbal.io.importers.checks.implausible_values import constant_doubts, tilt_doubts, torque_doubts
 from twbal.io.importers.checks.repeated_rows import held_doubts, longest_repeat, rows_held
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.mapping import mapping
@@ -82,3 +82,14 @@ def test_commands_far_beyond_the_torque_limit_are_doubted(paper, largest, is_dou
     found = list(torque_doubts(part))
     assert [doubt.quantity for doubt in found] == ["command"] * is_doubted
     assert not list(torque_doubts(part._replace(robot=None)))
+
+
+@pytest.mark.parametrize(("upright", "offset"), [(np.pi, "-3.142"), (-0.5 * np.pi, "1.571"), (2.4, None)])
+def test_a_tilt_that_is_counted_from_hanging_or_from_lying_is_told_with_its_offset(upright, offset, paper):
+    """Books count the angle of a pendulum from where it hangs; where it stands, it is half a turn."""
+    tilt = upright + 0.3 * np.sin(0.1 * np.arange(300.0))
+    part = LogPart(0.01, {"tilt": tilt}, np.zeros(299), {}, False, False, paper)
+    (found,) = tilt_doubts(part)
+    assert "is it in degrees, or another column" in found.sentence
+    assert ("(mend `offset`" in found.sentence) == (offset is not None)
+    assert offset is None or f"`offset`: {offset})" in found.sentence

@@ -65,9 +65,12 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
     if np.median(np.abs(tilt)) <= _LYING and np.abs(tilt).max() <= _WHOLE_TURN:
         return
     if spread > _STILL * max(abs(middle), 1.0) or np.abs(tilt).max() > _WHOLE_TURN:
+        origin = float(np.round(middle / (0.5 * np.pi)) * 0.5 * np.pi)
+        elsewhere = f", or is it counted from {np.degrees(origin):.0f}° (mend `offset`: {-origin:.4g})"
+        is_elsewhere = origin != 0.0 and np.abs(tilt - origin).max() < _LYING
         sentence = (
             f"the tilt goes from {tilt.min():.3g} to {tilt.max():.3g} rad, which no robot that balances does: is it in "
-            "degrees, or another column?"
+            f"degrees, or another column{elsewhere if is_elsewhere else ''}?"
         )
         yield Doubt(DoubtKind.UNIT, "tilt", sentence, evidence)
     else:
