@@ -1,4 +1,8 @@
+import subprocess
+import sys
+import time
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,3 +74,31 @@ def test_ctrl_c_ends_the_collection_not_just_the_rollout():
 def test_a_negative_number_of_processes_is_refused():
     with pytest.raises(ConfigError, match="found -1"):
         list(collect(plan(), trials(1), workers=-1))
+
+
+def children_of(process):
+    """Numbers of the processes that a process has started."""
+    return Path(f"/proc/{process}/task/{process}/children").read_text().split()
+
+
+def is_there(process):
+    """Whether a process works or waits (Z: it has ended, and nobody has asked how)."""
+    stat = Path(f"/proc/{process}/stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def wait_until(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def test_no_process_outlives_a_command_that_was_killed(tmp_path):
+    words = ("sim-collect", "rollouts=20000", "workers=2", f"hydra.run.dir={tmp_path / 'run'}")
+    command = subprocess.Popen([sys.executable, "-m", "twbal.cli.main", *words], stdout=subprocess.DEVNULL)
+    wait_until(lambda: len(children_of(command.pid)) == 3)  # multiprocessing has one of its own, which ends by itself
+    children = children_of(command.pid)
+    command.kill()
+    command.wait()
+    wait_until(lambda: not any(map(is_there, children)), 20.0)

@@ -1,7 +1,10 @@
 """Many rollouts of a simulated robot, over several processes."""
 
+import ctypes
 import math
 import multiprocessing
+import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -20,6 +23,7 @@ from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 
 WORTH_A_PROCESS = 25  # rollouts: a fall takes some 20 ms, a process half a second to start
+_SIGNAL_AT_PARENTS_END = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 @dataclass(frozen=True)
@@ -126,6 +130,14 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     size = math.ceil(len(provenances) / (4 * workers))
     parts = [provenances[i : i + size] for i in range(0, len(provenances), size)]
     # Spawned, not forked: a fork would copy the threads' locks of the libraries that this process has loaded.
-    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+    spawn = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, spawn, _end_with, (os.getpid(),)) as pool:
         for episodes in pool.map(plan.drive_all, parts):
             yield from episodes
+
+
+def _end_with(parent: int) -> None:
+    """Let this process be killed when its parent ends: nobody would tell it that there is no more work."""
+    ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
+    if os.getppid() != parent:  # it has ended already
+        os._exit(1)
