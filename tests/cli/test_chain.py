@@ -114,6 +114,24 @@ def test_of_several_candidates_for_f_the_evidence_of_each_is_printed_and_which_i
     assert taken == max(float(each[1]) for each in told)
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["state=paper"], "tilt, tilt_rate, acceleration of a robot"),
+        (["robot.control_period=0.021"], "a control period of 0.02 s; here it is"),
+        (["robot.name=other"], "is an episode of the robot 'paper'; expected is 'other'"),
+    ],
+)
+def test_g_is_not_learned_from_what_does_not_fit_the_settings(chain, tmp_path, capsys, words, message):
+    given = [f"dynamics={chain / 'f' / 'model.pt'}", f"episodes={chain / 'real'}"]
+    assert message in fails(capsys, "fit-diff-gp", tmp_path / "g", *given, *words)
+
+
+def test_f_is_not_learned_from_episodes_of_another_control_period(chain, tmp_path, capsys):
+    line = fails(capsys, "fit-sim-gp", tmp_path, f"episodes={chain / 'sim'}", "robot.control_period=0.021", *QUICK)
+    assert "a control period of 0.02 s; expected is 0.021 s" in line
+
+
 @pytest.mark.slow
 def test_a_model_with_another_kernel_is_searched_by_particles(chain, matern, tmp_path):
     model = load_model(matern / "f" / "model.pt").model

@@ -249,7 +249,8 @@ def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     ("words", "message"),
     [
         (["state=paper"], "Choose the state and robot that it was made with"),
-        (["robot=regbot"], "of a robot with a wheel radius of 0.15 m; here it is"),
+        (["robot=regbot"], "of a robot with a wheel radius of 0.15 m and a control period of 0.02 s; here it is"),
+        (["robot.control_period=0.021"], "a wheel radius of 0.15 m and a control period of 0.021 s. Choose the state"),
         (["optimise=false"], "optimise=false judges policies without a search: give initial_policies=[...]"),
         (["search.particles=1"], "search.particles must be 0 or at least 2"),
         (["search.degrees=[4,2]"], "search.degrees must rise"),

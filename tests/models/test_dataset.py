@@ -105,6 +105,12 @@ def test_mixed_control_periods_are_refused():
         transitions([episode(5, 0), episode(5, 1, period=0.01)], CHANNELS)
 
 
+def test_episodes_of_another_control_period_than_the_state_are_refused():
+    with pytest.raises(DataError, match=r"a control period of 0\.02 s; expected is 0\.021 s.*by robot="):
+        transitions([episode(5, 0)], replace(CHANNELS, control_period=0.021))
+    assert len(transitions([episode(5, 0)], replace(CHANNELS, control_period=0.02)).inputs) == 5
+
+
 @pytest.mark.parametrize("episodes", [[], [episode(0, 0)]])
 def test_no_samples_at_all_is_an_error(episodes):
     with pytest.raises(DataError, match=f"both of its samples in {len(episodes)} episodes"):

@@ -14,6 +14,7 @@ from twbal.core.plant import Observation
 from twbal.models.gp import Posterior
 
 _TIME = Observation._fields.index("time")
+_SAME_PERIOD = 1e-6  # s
 _MISSING = 1.5  # control periods between two samples: one or more of them is missing
 _LEAST_KEPT = 0.5  # share of the control periods with both samples that those with known past commands must make up
 
@@ -39,8 +40,8 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     is nothing to learn. Of an episode with a reference the states are those over ground.
 
     Raises:
-        DataError: an episode has other channels than `channels`, the control periods differ, or there is no change over
-            one period.
+        DataError: an episode has other channels than `channels`, the control periods differ from each other or from
+            that of `channels`, where it has one, or there is no change over one period.
     """
     for number, episode in enumerate(episodes):
         if episode.channels != channels.names:
@@ -53,6 +54,11 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     if len(periods) > 1:
         raise DataError(
             f"The episodes have control periods of {periods} s; a model of one-step changes needs a single one."
+        )
+    if episodes and channels.control_period and abs(periods[0] - channels.control_period) > _SAME_PERIOD:
+        raise DataError(
+            f"The episodes have a control period of {periods[0]:g} s; expected is {channels.control_period:g} s, that "
+            "of the state. Choose the robot that they were recorded with by robot=..."
         )
     usable = _usable(episodes, channels)
     if not any(each.any() for each in usable):

@@ -9,14 +9,15 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.base_evidence import BaseEvidence
 from twbal.algorithm.model_file import SavedModel, load_model, save_model
-from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, hashes
+from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, episodes_of, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.model_state import check_state
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
+from twbal.core.episode import Episode
 from twbal.core.files import file_hash
 from twbal.core.json_records import write_record
-from twbal.io.logs import read_episode
 from twbal.models.bases import learn_on_likeliest
 from twbal.models.dynamics import without_simulation
 from twbal.models.recipe import ModelRecipe
@@ -47,12 +48,13 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         inputs["no dynamics"] = []
     step = StageWork("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
 
+    robot = str(cfg.robot.name)
+
     def learn() -> list[Path]:
+        before, episodes = [_read(base, channels) for base in bases], episodes_of(files, robot)
         if len(bases) > 1:
-            return fit_likeliest_to_files(bases, files, channels, recipe, settings.seed, out)
-        if bases[0] is None:
-            return [fit_all_to_file(files, channels, recipe, settings.seed, out / MODEL)]
-        return [fit_to_file(bases[0], files, recipe, settings.seed, out / MODEL)]
+            return fit_likeliest_to_files(bases, before, episodes, files, recipe, settings.seed, out)
+        return [fit_to_file(before[0], episodes, files, recipe, settings.seed, out / MODEL)]
 
     return perform(step, learn)
 
@@ -64,17 +66,35 @@ def _bases(given: str | Sequence[str | None] | None) -> list[Path | None]:
     return [*paths, None] if len(paths) < len(several) else paths
 
 
+def _read(base: Path | None, channels: Channels) -> SavedModel:
+    """A candidate for f; None is that without a simulation.
+
+    Raises:
+        CheckpointError: it cannot be read.
+        ConfigError: it has another state than `channels`.
+    """
+    if base is None:
+        return SavedModel(without_simulation(channels), {})
+    saved = load_model(base)
+    check_state(saved.model, channels, base)
+    return saved
+
+
 def fit_likeliest_to_files(
-    bases: Sequence[Path | None], files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, out: Path
+    bases: Sequence[Path | None],
+    before: Sequence[SavedModel],
+    episodes: Sequence[Episode],
+    files: Sequence[Path],
+    recipe: ModelRecipe,
+    seed: int,
+    out: Path,
 ) -> list[Path]:
-    """Learn g from logs on the likeliest of several bases; see `learn_on_likeliest`.
+    """Learn g from the episodes in `files` on the likeliest of several bases; see `learn_on_likeliest`.
 
     Writes the model and the evidence to `out`; returns the files.
     """
-    before = [SavedModel(without_simulation(channels), {}) if base is None else load_model(base) for base in bases]
-    learned = learn_on_likeliest(
-        recipe, [saved.model for saved in before], [read_episode(file) for file in files], seed
-    )
+    learned = learn_on_likeliest(recipe, [saved.model for saved in before], episodes, seed)
+    channels = before[0].model.channels
     evidence = BaseEvidence(
         channels=tuple(channels.names[i] for i in channels.measured),
         dynamics=tuple(None if base is None else file_hash(base) for base in bases),
@@ -85,25 +105,19 @@ def fit_likeliest_to_files(
         under = "without a simulation" if base is None else f"under the f of {base}"
         chosen = " (the highest: g is learned on top of it)" if number == learned.chosen else ""
         say(f"log evidence of the episodes {under}: {total:.1f}{chosen}")
-    episodes = {**before[learned.chosen].episodes, "robot": hashes(files)}
-    save_model(out / MODEL, SavedModel(learned.learned.model, episodes))
+    used = {**before[learned.chosen].episodes, "robot": hashes(files)}
+    save_model(out / MODEL, SavedModel(learned.learned.model, used))
     write_record(out / EVIDENCE, evidence)
     return [out / MODEL, out / EVIDENCE]
 
 
-def fit_to_file(dynamics: Path, files: list[Path], recipe: ModelRecipe, seed: int, path: Path) -> Path:
-    """Learn g from logs, given the f in `dynamics`, and write f and g to `path`, which is returned.
+def fit_to_file(
+    before: SavedModel, episodes: Sequence[Episode], files: Sequence[Path], recipe: ModelRecipe, seed: int, path: Path
+) -> Path:
+    """Learn g from the episodes in `files`, given f, and write f and g to `path`, which is returned.
 
-    See `ModelRecipe.learn_difference`.
+    Without a simulation g is the whole dynamics. See `ModelRecipe.learn_difference`.
     """
-    before = load_model(dynamics)
-    learned = recipe.learn_difference(before.model, [read_episode(file) for file in files], seed)
+    learned = recipe.learn_difference(before.model, episodes, seed)
     save_model(path, SavedModel(learned.model, {**before.episodes, "robot": hashes(files)}))
-    return path
-
-
-def fit_all_to_file(files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
-    """Learn the whole dynamics from logs and write it to `path`, which is returned; see `ModelRecipe.learn_all`."""
-    learned = recipe.learn_all([read_episode(file) for file in files], channels, seed)
-    save_model(path, SavedModel(learned.model, {"robot": hashes(files)}))
     return path

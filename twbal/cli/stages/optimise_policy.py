@@ -15,13 +15,12 @@ from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.model_state import check_state
 from twbal.cli.typed_config import members, recorded, typed
-from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.effects.library import values_of
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
-from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_regulator, load_searched_policy
 
 NOT_RECORDED = ("dynamics", "initial_policies", "calibration_episodes", "known", "residual_on", "workers")
@@ -110,7 +109,7 @@ def _search_to_files(
     names = search.channels.names
     models = [load_model(path).model for path in dynamics]
     for model, path in zip(models, dynamics, strict=True):
-        _check_state(model, search.channels, path)
+        check_state(model, search.channels, path)
     base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
@@ -124,12 +123,3 @@ def _search_to_files(
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
     save_prediction(out / PREDICTION, prediction_of(result))
     return [out / POLICY, out / PREDICTION]
-
-
-def _check_state(model: DynamicsModel, channels: Channels, path: Path) -> None:
-    if model.channels != channels:
-        raise ConfigError(
-            f"The model in {path} has the state {', '.join(model.channels.names)} of a robot with a wheel radius of "
-            f"{model.channels.wheel_radius} m; here it is {', '.join(channels.names)} and {channels.wheel_radius} m. "
-            "Choose the state and robot that it was made with by state=... and robot=..."
-        )
