@@ -145,3 +145,15 @@ def test_an_estimate_that_stopped_a_little_before_a_bound_is_told_as_one_at_it(p
     mean = prior.mean.copy()
     mean[prior.fields.index("torque_gain_gain")] = gain  # its range begins at 0.2
     assert Identification(prior, replace(prior, mean=mean), {}).at_bound == told
+
+
+def test_an_estimate_far_from_what_was_known_is_told(paper):
+    prior = prior_of(paper)
+    moved = np.zeros(len(prior.mean))
+    moved[prior.fields.index("com_height_factor")] = -5.0
+    moved[prior.fields.index("torque_gain_gain")] = 2.0
+    mean = prior.mean + moved * np.sqrt(prior.covariance.diagonal())
+    assert Identification(prior, replace(prior, mean=mean), {}).far_off == ("com_height.factor",)
+    filtered = replace(prior, filter_rate=(prior.filter_rate[0] + 8.0 * prior.filter_rate[1], 0.01))
+    assert Identification(prior, filtered, {}).far_off == ("1 / time constant of the tilt's filter",)
+    assert Identification(prior, prior, {}).far_off == ()

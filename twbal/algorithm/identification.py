@@ -16,6 +16,8 @@ from twbal.sysid.posterior import posterior
 
 EffectValues = dict[str, dict[str, float]]
 """By the names of effects and of their parameters."""
+_FAR = 4.0  # standard deviations of what was known before, beyond which an estimate contradicts it
+_FILTER = "1 / time constant of the tilt's filter"
 _AT_BOUND = 1e-3  # share of a range from its end within which an estimate stands at a bound
 
 
@@ -58,6 +60,15 @@ class Identification:
         is_there = ((np.abs(known.mean - bounds) <= near) & (bounds != 0.0)).any(axis=0)
         return tuple(name for name, there in zip(_names_and_units(known)[0], is_there, strict=True) if there)
 
+    @property
+    def far_off(self) -> tuple[str, ...]:
+        """Parameters whose estimate is far from what was known of them before, but not at a bound."""
+        names, _ = _names_and_units(self.known)
+        moved = (self.known.mean - self.prior.mean) / np.sqrt(self.prior.covariance.diagonal())
+        (rate, _), (before, sd) = self.known.filter_rate, self.prior.filter_rate
+        found = [*zip(names, moved, strict=True), (_FILTER, (rate - before) / sd)]
+        return tuple(name for name, by in found if abs(by) > _FAR and name not in self.at_bound)
+
     def table(self) -> list[str]:
         """Lines that say each parameter's name, unit, and mean ± standard deviation before and after the rollouts.
 
@@ -66,7 +77,7 @@ class Identification:
         """
         first = "by sheet and simulation" if self.simulated else "by the sheet"
         names, units = _names_and_units(self.known)
-        names, units = [*names, "1 / time constant of the tilt's filter"], [*units, "1/s"]
+        names, units = [*names, _FILTER], [*units, "1/s"]
         before = [*_spreads(self.prior), self.prior.filter_rate]
         after = [*_spreads(self.known), self.known.filter_rate]
         rows = [("parameter", "unit", first, "by the rollouts", "moved [sd]")]

@@ -50,7 +50,7 @@ def _identify_to_files(
 ) -> list[Path]:
     episodes, names = episodes_of(files, robot.name), distinct_names(files)
     check_episodes(episodes, names, robot)
-    for said in _not_used(episodes, names):
+    for said in doubts_of(episodes, names, robot):
         say(said)
     found = identify(robot, simulated, episodes, progress=lambda line: None)
     if found.why_uninformative:
@@ -65,13 +65,19 @@ def _identify_to_files(
             "by twbal evaluate-sim"
         )
     title = f"Robot {robot.name} with the mean of its parameters, {basis}."
+    if found.far_off:
+        say(
+            f"WARNING: {', '.join(found.far_off)} moved far from what was known before. Either that is wrong (robot=... or "
+            "sim=...), or the robot has something that no parameter describes, or the log has a wrong unit or "
+            "sign. See what twbal diagnose says of these recordings"
+        )
     save_distribution(out / DISTRIBUTION, found.known)
     write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, title))
     return [out / DISTRIBUTION, out / IDENTIFIED]
 
 
-def _not_used(episodes: Sequence[Episode], names: Sequence[str]) -> list[str]:
-    """A sentence for each episode of which not all is used, or that turns although turning is left out."""
+def doubts_of(episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters) -> list[str]:
+    """A sentence for each episode of which not all is used, that turns although turning is left out, or with cuts."""
     usability = Usability(SHORTEST, 0, float("inf"), FALLEN)
     columns = Observation._fields.index("tilt"), Observation._fields.index("yaw_rate")
     read, turning = list[str](), list[str]()
@@ -86,4 +92,4 @@ def _not_used(episodes: Sequence[Episode], names: Sequence[str]) -> list[str]:
                 f"WARNING: episode {name} turns faster than {_TURNING:g} rad/s in {share:.0%} of its samples, which "
                 "the estimate knows nothing of; is its yaw rate in rad/s?"
             )
-    return [*what_is_not_used(episodes, names, read, usability), *turning]
+    return [*what_is_not_used(episodes, names, read, usability, robot), *turning]
