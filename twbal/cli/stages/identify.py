@@ -67,8 +67,8 @@ def _identify_to_files(
     title = f"Robot {robot.name} with the mean of its parameters, {basis}."
     if found.far_off:
         say(
-            f"WARNING: {', '.join(found.far_off)} moved far from what was known before. Either that is wrong (robot=... or "
-            "sim=...), or the robot has something that no parameter describes, or the log has a wrong unit or "
+            f"WARNING: {', '.join(found.far_off)} moved far from what was known before. Either that is wrong "
+            "(robot=... or sim=...), or the robot has something that no parameter describes, or the log has a wrong unit or "
             "sign. See what twbal diagnose says of these recordings"
         )
     save_distribution(out / DISTRIBUTION, found.known)
