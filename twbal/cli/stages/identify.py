@@ -68,8 +68,8 @@ def _identify_to_files(
     if found.far_off:
         say(
             f"WARNING: {', '.join(found.far_off)} moved far from what was known before. Either that is wrong "
-            "(robot=... or sim=...), or the robot has something that no parameter describes, or the log has a wrong unit or "
-            "sign. See what twbal diagnose says of these recordings"
+            "(robot=... or sim=...), or the robot has something that no parameter describes, or the log has a "
+            "wrong unit or sign. See what twbal diagnose says of these recordings"
         )
     save_distribution(out / DISTRIBUTION, found.known)
     write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, title))
