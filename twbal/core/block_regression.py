@@ -28,12 +28,14 @@ class Regression(NamedTuple):
     Attributes:
         coefficients: b, (p,).
         half_widths: of their intervals at `ERROR_RATE`, (p,).
+        half_widths95: of their 95 % intervals, (p,).
         explained: share of the variance of y that X explains, from 0 to 1.
         fitted: X b, (n,).
     """
 
     coefficients: Array
     half_widths: Array
+    half_widths95: Array
     explained: float
     fitted: Array
 
@@ -62,8 +64,9 @@ def jackknife(X: Array, y: Array, period: float, count: int) -> Regression:
     rest = squares.sum(axis=0) - squares, products.sum(axis=0) - products
     without = np.array([np.linalg.pinv(S) @ v for S, v in zip(*rest, strict=True)])
     variance = (blocks - 1) / blocks * ((without - without.mean(axis=0)) ** 2).sum(axis=0)
-    quantile = float(stdtrit(blocks - 1, 1.0 - 0.5 * ERROR_RATE))
+    errors = (np.sqrt(variance) / scale)[:count]
+    quantile, quantile95 = stdtrit(blocks - 1, [1.0 - 0.5 * ERROR_RATE, 0.975]).tolist()
     fitted = Z @ b
     spread = float(np.var(y))
     explained = float(np.clip(1.0 - np.var(y - fitted) / spread, 0.0, 1.0)) if spread else 0.0
-    return Regression((b / scale)[:count], (quantile * np.sqrt(variance) / scale)[:count], explained, fitted)
+    return Regression((b / scale)[:count], quantile * errors, quantile95 * errors, explained, fitted)

@@ -3,9 +3,8 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import ndtri
 
-from twbal.core.block_regression import CREEP, ERROR_RATE, jackknife
+from twbal.core.block_regression import CREEP, jackknife
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.heading import HeadingSample
@@ -37,7 +36,7 @@ def motor_difference(
     wheel torques that unequal motors make of the torque τ of both, and d the one that was commanded. All of it is seen
     through a smooth kernel, so that nothing is differenced, and regressed; friction may differ from wheel to wheel, by
     terms in the wheels' rate and its sign. Intervals are those of a jackknife over blocks of time. The chance of a
-    finding where the motors are equal is `ERROR_RATE`.
+    finding where the motors are equal is `block_regression.ERROR_RATE`.
 
     Args:
         episodes: of one robot, at its control period.
@@ -55,8 +54,7 @@ def motor_difference(
     share, half = float(fit.coefficients[0]) / mobility, float(fit.half_widths[0]) / mobility
     if not abs(share) > max(half, _LEAST) or abs(share) >= 1.0:
         return None
-    error = half * float(ndtri(0.975) / ndtri(1.0 - 0.5 * ERROR_RATE))
-    either = float(np.hypot(error, 2.0 * _INERTIA * share))
+    either = float(np.hypot(fit.half_widths95[0] / mobility, 2.0 * _INERTIA * share))
     return MotorDifference(share, share - either, share + either)
 
 
