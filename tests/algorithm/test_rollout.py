@@ -166,7 +166,7 @@ def test_a_clock_that_does_not_run_forward_ends_the_rollout_and_keeps_what_was_s
     assert plant.stops == 1
 
 
-@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), None, np.array([1.0]), "1"])
 def test_a_command_that_is_no_number_is_not_given_and_what_was_seen_is_kept(wrong):
     class Broken(Policy):
         def controller(self, rng):

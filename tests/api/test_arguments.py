@@ -142,3 +142,20 @@ def test_what_no_file_can_hold_is_told(tmp_path):
         twbal.export_policy(POLICY, tmp_path, distil=-1)
     with pytest.raises(ConfigError, match="found 3 among them"):
         twbal.read_episodes([3])
+
+
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        (["model.kernel=matern5", "search=particles"], "there is no kernel 'matern5'"),
+        (["model.kernel=matern52"], "Search by particles, with search=particles"),
+    ],
+)
+def test_a_kernel_that_cannot_be_learned_or_searched_is_refused_with_the_set_up(overrides, message):
+    with pytest.raises(ConfigError, match=message):
+        twbal.setup("paper", overrides)
+
+
+def test_a_kernel_that_can_be_searched_is_set_up():
+    setup = twbal.setup("paper", ["model.kernel=matern52+linear", "search=particles"])
+    assert setup.models.recipe.kernel == "matern52+linear"

@@ -152,6 +152,7 @@ def test_iterate_refuses_a_kernel_that_it_cannot_search_before_it_simulates_anyt
     message = fails(capsys, "iterate", tmp_path, "model.kernel=matern52")
     assert "with search=particles" in message
     assert not list(tmp_path.glob("simulation/*"))
+    assert "there is no kernel 'matern5'" in fails(capsys, "iterate", tmp_path / "typo", "model.kernel=matern5")
 
 
 def test_an_unknown_kernel_is_refused_with_those_there_are(chain, tmp_path, capsys):

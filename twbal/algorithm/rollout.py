@@ -128,7 +128,7 @@ def _drive(
             record.end(*ending)
             return
         command = controller(record.for_policy)
-        if not math.isfinite(command):
+        if not _is_number(command):
             state = record.for_policy.tolist()
             record.end(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
@@ -143,6 +143,14 @@ def _drive(
         sent = min(max(command, -plant.command_limit), plant.command_limit)
         record.commands.append(sent if applied is None else applied)
         record.note(observation, plant.pose(), plant.wheel_difference())
+
+
+def _is_number(command: object) -> bool:
+    """Whether a policy commands a finite number, and not an array of one or nothing at all."""
+    try:
+        return math.isfinite(command)  # type: ignore[arg-type]
+    except TypeError:
+        return False
 
 
 class _Record:

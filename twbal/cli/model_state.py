@@ -1,10 +1,15 @@
-"""Whether a model was made with the state and the robot that a stage is configured with."""
+"""Whether models fit the settings: their state and robot, and the kernel that they are to have."""
 
 from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
 
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.models.dynamics import DynamicsModel
+from twbal.models.gp import SQUARED_EXPONENTIAL
+from twbal.search.transition import check_kernel
 
 
 def check_state(model: DynamicsModel, channels: Channels, path: Path) -> None:
@@ -20,6 +25,23 @@ def check_state(model: DynamicsModel, channels: Channels, path: Path) -> None:
             f"The model in {path} has the state {_in_words(model.channels)}; here it is {_in_words(channels)}. Choose "
             "the state and robot that it was made with by state=... and robot=..."
         )
+
+
+def check_kernel_of(cfg: DictConfig) -> None:
+    """Raise ConfigError where there is no such kernel, or no search on models with it, before any work is done.
+
+    Args:
+        cfg: of `iterate`.
+    """
+    kernel = str(cfg.model.kernel)
+    if kernel == SQUARED_EXPONENTIAL:
+        return
+    from twbal.models.kernels.expression import build  # here, as GPyTorch takes a while to import
+
+    channels = instantiate(cfg.state)
+    build(kernel, len(channels.inputs), len(channels.measured))
+    if not cfg.search.particles:
+        check_kernel(kernel)
 
 
 def _in_words(channels: Channels) -> str:

@@ -6,6 +6,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.settings import AlgorithmSettings
 from twbal.algorithm.setup import AgentTraining, ModelFits, Setup
 from twbal.cli.known_robot import known_robot
+from twbal.cli.model_state import check_kernel_of
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.stages import optimise_policy, sim_collect
 from twbal.cli.stages.real_rollout import rollout_settings
@@ -19,7 +20,11 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
     Args:
         cfg: of `iterate`.
         diagnose: of `diagnose`, for what it reads of the rollouts.
+
+    Raises:
+        ConfigError: there is no such kernel, or no search on models with it.
     """
+    check_kernel_of(cfg)
     collecting = typed(sim_collect.Settings, section(cfg, "sim_collect"))
     searching = typed(optimise_policy.Settings, cfg.optimise_policy)
     return Setup(

@@ -23,6 +23,7 @@ from twbal.cli.console import configuration_flags, next_command, run_folder
 from twbal.cli.known_robot import known_robot
 from twbal.cli.link_gate import HEED, SAME_ROBOT
 from twbal.cli.manifest import MANIFEST, Manifest, StageWork, is_of_this_code, perform, read_manifest
+from twbal.cli.model_state import check_kernel_of
 from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.sim_files import as_given
@@ -33,7 +34,6 @@ from twbal.cli.typed_config import recorded, section, typed
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
-from twbal.search.transition import check_kernel
 from twbal.virtual_robot.process import KeptRobots
 from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import RunSetup, write_report
@@ -149,8 +149,7 @@ def _learn_and_write(
     measures = Measures(instantiate(cfg.success), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
     known_robot(cfg)  # what cannot be used is refused before any work
     check_robot_is_there(cfg)
-    if not cfg.search.particles:
-        check_kernel(cfg.model.kernel)
+    check_kernel_of(cfg)
     steps = StageSteps(chain, cfg, robots)
     algorithm = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule)
     if "overrides" in cfg.link and settings.trials and not (chain.root / "iteration_0").exists():
