@@ -24,6 +24,7 @@ sys.path.insert(0, str(ROOT))  # `benchmarks` is not installed
 from benchmarks.agreement.tables import agreement  # noqa: E402
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
+from benchmarks.effects_shown.tables import effects_shown  # noqa: E402
 from benchmarks.free_form.tables import PARTS as FREE_FORM  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import (  # noqa: E402
@@ -149,6 +150,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "missed": missed,
     "mending": mending,
     **OTHER_ROBOTS,
+    "effects_shown": effects_shown,
     **WHAT_NEXT,
     "agreement": agreement,
     **FREE_FORM,

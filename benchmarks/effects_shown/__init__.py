@@ -1,0 +1,1 @@
+"""What recordings show of the effects that are hidden in a robot, where no search has to find them."""
