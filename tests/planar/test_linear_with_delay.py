@@ -1,5 +1,7 @@
 """The planar model over one control period, against the closed form of the linearised equations of motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg
@@ -46,6 +48,17 @@ def test_it_goes_to_the_closed_form_as_its_steps_get_finer(request, monkeypatch,
     assert gaps[0] < 0.05
     assert gaps[1] < 0.2 * gaps[0] + 1e-6
     assert gaps[2] < 1e-3
+
+
+def test_speed_goes_by_the_wheels_of_the_data_sheet(paper):
+    """A robot whose wheels are larger is faster than the speed that it shows."""
+    T, factor = paper.control_period, 1.25
+    larger = replace(paper, wheel_radius=factor * paper.wheel_radius)
+    model = planar_parameters(paper, {"wheel_radius": {"factor": factor}})
+    true, shown = sampled_with_delay(planar_parameters(larger, {}), T, 0), sampled_with_delay(model, T, 0)
+    as_shown = np.array([1.0, 1.0, 1.0 / factor])
+    np.testing.assert_allclose(shown.A, as_shown[:, None] * true.A / as_shown, atol=1e-8)
+    np.testing.assert_allclose(shown.B, as_shown * true.B, atol=1e-8)
 
 
 def test_commands_too_old_do_nothing_and_each_acts_once(paper):

@@ -59,6 +59,9 @@ CASES = {
         0.03,
         (True, True, True, True),
     ),
+    "wheels larger than its sheet says": Case(
+        {"wheel_radius": {"factor": 1.2}, **LATE}, WIDTHS, 1.0, 0.0, (True, True, True, True)
+    ),
     "it rolls away": Case({"com_offset": {"angle": 0.06}, **LATE}, ROLLING, 1.0, 0.0, (True, True, False, True)),
     "it shakes": Case(LATE, WIDTHS, 1.0, 0.5, (True, True, True, False)),
     "it falls": Case(LATE, WIDTHS, 0.1, 0.0, (False, False, False, False)),

@@ -89,11 +89,11 @@ def sampled_with_delay(model: PlanarParameters, period: float, ages: int) -> Del
     def after(x: Array, commands: Array) -> Array:
         tilt, rate, speed = x.tolist()
         tilt -= k.offset
-        turning = speed / k.radius
+        turning = speed / smooth.wheel_radius
         state = PlanarState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0, 0.0)
         imu = imu_settled(k, state, 2 * _STEPS)
         s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
-        return np.array([s.tilt + k.offset, s.tilt_rate, k.radius * s.wheel_speed])
+        return np.array([s.tilt + k.offset, s.tilt_rate, smooth.wheel_radius * s.wheel_speed])
 
     none = np.zeros(ages + 1)
     rest = after(np.zeros(3), none)

@@ -219,13 +219,14 @@ def _rollout(  # type: ignore[no-untyped-def]
     used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
     tilt, rate, wheel, wheel_rate = sense(p, Reading(start[0], start[1], 0.0, start[2] / k.radius - start[1]), 0.0)
     turning = wheel_rate  # as it is; `wheel_rate` is what is measured
-    origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
+    # What a state shows goes by the wheels' radius of the data sheet, as that of a robot does: its own one it knows not.
+    origin, position, integral, speed = 0.0, 0.0, 0.0, p.wheel_radius / k.radius * start[2]
     astray, axle = 0.0, start[2]  # error of a tilt that takes speeding up for leaning [rad]; true speed of the axle
     for step in range(steps + 1):
         noise = sensors[min(step, steps - 1)]
         seen_rate, before = rate + noise[1], speed
-        speed = k.radius * (wheel_rate + noise[3] + seen_rate)
-        path = k.radius * (wheel + noise[2] + tilt + noise[0])
+        speed = p.wheel_radius * (wheel_rate + noise[3] + seen_rate)
+        path = p.wheel_radius * (wheel + noise[2] + tilt + noise[0])
         if step == 0:
             origin = path
         else:
