@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from twbal.core.text import counted
 from twbal.diagnosis.evaluation_record import (
     ALL_LOGS,
     CHANNEL_UNITS,
@@ -56,12 +57,6 @@ def angle_channels(evaluation: SimulationEvaluation) -> list[str]:
     return [name for name in evaluation.channels if name in ("tilt", "wheel_angle")] or list(evaluation.channels)
 
 
-def in_columns(rows: Sequence[Sequence[str]]) -> str:
-    """Rows as lines, their cells one beneath the other."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
-
-
 def ratio_words(score: PredictionScore) -> str:
     """How many times the error of the reference a score is, with its interval."""
     if score.ratio is None:
@@ -109,14 +104,14 @@ def _judgement(evaluation: SimulationEvaluation, simulation: EvaluatedSimulation
     """On how many logs that it was not found on a simulation predicts better and worse, with the worst of them."""
     scores = [evaluation.score(simulation.name, log.name, channel, horizon) for log in evaluation.logs]
     known = [score for score in scores if score is not None]
-    counted = [score for score in known if not score.is_own_data] or known
-    logs = f"{len(counted)} log{'' if len(counted) == 1 else 's'}"
+    judged = [score for score in known if not score.is_own_data] or known
+    logs = counted(len(judged), "log")
     if simulation.found_on:
-        logs += " that it was found on" if counted[0].is_own_data else " that it was not found on"
-    worse = [score for score in counted if score.is_worse]
-    better = sum(score.is_better for score in counted)
-    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in counted)
-    alike = len(counted) - better - len(worse) - short
+        logs += " that it was found on" if judged[0].is_own_data else " that it was not found on"
+    worse = [score for score in judged if score.is_worse]
+    better = sum(score.is_better for score in judged)
+    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in judged)
+    alike = len(judged) - better - len(worse) - short
     counts = f"better on {better}, worse on {len(worse)}, not told apart on {alike}"
     counts += f", without an interval on {short}, as the recording is too short for one" if short else ""
     what = f"{simulation.name} beside {evaluation.reference}, {title(channel, horizon)}"

@@ -15,6 +15,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.text import aligned
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
 from twbal.diagnosis.evaluation_record import EvaluatedSimulation, SimulationEvaluation
 from twbal.diagnosis.log_names import distinct_names
@@ -28,7 +29,6 @@ from twbal.viz.evaluation_text import (
     angle_channels,
     best_simulation,
     found_on_tested_on,
-    in_columns,
     judgements,
     pool,
     title,
@@ -94,7 +94,7 @@ def _print(evaluation: SimulationEvaluation) -> None:
     horizon = evaluation.headline_horizon
     for channel in angle_channels(evaluation):
         print(f"{title(channel, horizon)}, 95 % interval, and times that of {evaluation.reference}")
-        print(in_columns(found_on_tested_on(evaluation, channel, horizon)))
+        print(*aligned(found_on_tested_on(evaluation, channel, horizon)), sep="\n")
     if any(score.is_own_data for score in evaluation.scores):
         print(f"{OWN} the simulation was found on this log")
     for line in (*judgements(evaluation), *([ALONE] if len(evaluation.simulations) == 1 else ())):
