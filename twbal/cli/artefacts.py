@@ -27,6 +27,11 @@ def episode_file(folder: Path, trial: int) -> Path:
     return folder / f"trial_{trial:03d}.mcap"
 
 
+def paths_in(given: str | Sequence[str]) -> list[Path]:
+    """One path, or several, as a setting names them."""
+    return [Path(word) for word in ([given] if isinstance(given, str) else given)]
+
+
 def episode_files(sources: str | Sequence[str]) -> list[Path]:
     """The logs that `episodes=...` names: source by source, and sorted by name within each.
 
@@ -36,7 +41,7 @@ def episode_files(sources: str | Sequence[str]) -> list[Path]:
     Raises:
         LogError: a source is not there, or has no log in it.
     """
-    files = [path for source in ([sources] if isinstance(sources, str) else sources) for path in _logs_in(Path(source))]
+    files = [path for source in paths_in(sources) for path in _logs_in(source)]
     if not files:
         raise LogError("No episodes were given. Give run folders, or folders of *.mcap files.")
     return files
