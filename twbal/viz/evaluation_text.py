@@ -1,7 +1,9 @@
-"""How well simulations predict logs, in tables of words and in sentences."""
+"""How well simulations predict logs, in tables of words, in sentences and as a page."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
+from twbal.core.files import write_atomically
 from twbal.core.text import counted
 from twbal.diagnosis.evaluation_record import (
     ALL_LOGS,
@@ -11,6 +13,7 @@ from twbal.diagnosis.evaluation_record import (
     PredictionScore,
     SimulationEvaluation,
 )
+from twbal.viz.page import inline, render
 
 OWN = "*"
 """Marks the score of a simulation on a log that it was found on."""
@@ -78,6 +81,33 @@ def closed_words(score: PredictionScore) -> str:
         return "-"
     interval = None if score.closed95 is None else Interval(100 * score.closed95.low95, 100 * score.closed95.high95)
     return f"{100 * score.closed:.0f} %{_interval(interval, '.0f')}"
+
+
+def write_evaluation_report(path: Path, evaluation: SimulationEvaluation, picture: str) -> None:
+    """Write the report; the same arguments give the same bytes.
+
+    Args:
+        path: of the page.
+        evaluation: of simulations.
+        picture: `evaluation_figure` as SVG text.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
+    horizon = evaluation.headline_horizon
+    shown = [score for score in evaluation.scores if score.log == pool(evaluation)]
+    html = render(
+        "evaluation.html.jinja",
+        evaluation=evaluation,
+        judgements=judgements(evaluation),
+        tables=[(title(c, horizon), found_on_tested_on(evaluation, c, horizon)) for c in angle_channels(evaluation)],
+        details=[(c, [score for score in shown if score.channel == c]) for c in evaluation.channels],
+        words={"error": error_words, "ratio": ratio_words, "closed": closed_words},
+        units=CHANNEL_UNITS,
+        pool=pool_words(evaluation),
+        picture=inline(picture, "evaluation", "Errors of the simulations over the horizon of their predictions"),
+    )
+    write_atomically(path, html)
 
 
 def _interval(interval: Interval | None, form: str) -> str:

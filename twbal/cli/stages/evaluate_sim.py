@@ -23,7 +23,6 @@ from twbal.diagnosis.simulation_evaluation import evaluate_simulations
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.evaluation_figure import evaluation_figure
-from twbal.viz.evaluation_page import write_evaluation_report
 from twbal.viz.evaluation_text import (
     OWN,
     angle_channels,
@@ -32,6 +31,7 @@ from twbal.viz.evaluation_text import (
     judgements,
     pool,
     title,
+    write_evaluation_report,
 )
 
 NOT_RECORDED = ("episodes", "sims")
