@@ -13,7 +13,7 @@ from twbal.core.files import read_bounded
 from twbal.io.logs.contents import Contents
 from twbal.io.logs.metadata import METADATA_NAME, Description
 from twbal.io.logs.records import MAGIC
-from twbal.io.logs.rows import table_of
+from twbal.io.logs.rows import observations_of
 
 _LARGEST = 2**32  # bytes of a file
 
@@ -179,15 +179,14 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
     assert found is not None
     columns = contents.columns
     seen = np.hstack([columns["/imu"][:samples], columns["/wheels"][:samples]])
-    table = table_of(seen, columns["/state"][:samples], columns["/command"][: samples - 1])
     poses, references, headings = (columns.get(topic) for topic in ("/pose", "/reference", "/heading"))
     try:
         return Episode(
             channels=found.channels,
             control_period=found.control_period,
-            observations=table.observations,
-            states=table.states,
-            commands=table.commands,
+            observations=observations_of(seen),
+            states=columns["/state"][:samples],
+            commands=columns["/command"][: samples - 1, 0],
             outcome=found.outcome,
             provenance=replace(found.provenance, config=contents.config),
             events=contents.events,
