@@ -9,9 +9,8 @@ from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.help_text import shown
-from twbal.cli.settings.kinds import holds_settings
+from twbal.cli.settings.kinds import Setting, holds_settings
 from twbal.cli.settings.lookup import GROUPS, STAGES, leaves
-from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "settings.md"

@@ -29,7 +29,7 @@ FAULTS = {
     "log reader": ("io/logs/rows.py", '"wheel_angle", "wheel_rate")', '"wheel_rate", "wheel_angle")'),
     "effect": ("effects/dead_zone.py", "return torque - self.width", "return torque - 0.99 * self.width"),
     "effect with a memory": ("effects/motor_lag.py", "torque += share", "torque += 0.99 * share"),
-    "policy file": ("policies/rbf.py", "=max_command_in(found)", "=0.999 * max_command_in(found)"),
+    "policy file": ("policies/policy.py", 'payload.number("max_command"', '0.999 * payload.number("max_command"'),
     "transitions": ("core/channels.py", "matrix[i, i] = 1.0", "matrix[i, i] = 1.001"),
     "gradient": ("search/long_term_cost.py", "by_mean + costs[t].by_mean", "by_mean + 1.001 * costs[t].by_mean"),
     "planar model": ("planar/dry_friction.py", "bound = 2.0 * k.coulomb", "bound = 1.5 * k.coulomb"),

@@ -26,12 +26,12 @@ from twbal.diagnosis.record import (
 )
 from twbal.diagnosis.settings import Credence
 from twbal.viz.canvas import svg
-from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.viz.diagnosis_page import DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
 from twbal.viz.headline import effect_lines, headline_text
 
 SVG = '<svg width="10pt" height="10pt" xmlns="http://www.w3.org/2000/svg"><g id="a"/></svg>'
-PICTURES = DiagnosisPictures(SVG, SVG, SVG, SVG)
+PICTURES = dict.fromkeys(("where", "rivals", "gap", "whiteness"), SVG)
 UNITS = {"tilt": "rad", "tilt_rate": "rad/s"}
 FACTS = [("<b>sim</b>", "nominal & more")]
 SETTING = DiagnosisSetting("paper", ["trial_000"], 40.0, "run/augmented.yaml", UNITS, FACTS)
@@ -91,7 +91,7 @@ def test_the_json_has_the_fields_that_other_programs_read(tmp_path):
 def test_a_diagnosis_without_a_gap_is_still_whole(tmp_path):
     write_diagnosis(tmp_path / "diagnosis.json", NOTHING)
     assert json.loads((tmp_path / "diagnosis.json").read_text())["gap"]["closed"] is None
-    assert "What is missing" not in page(tmp_path, NOTHING, DiagnosisPictures(SVG, None, None, SVG))
+    assert "What is missing" not in page(tmp_path, NOTHING, {"where": SVG, "whiteness": SVG})
 
 
 def test_the_page_says_what_was_named_how_surely_and_what_it_could_be_instead(tmp_path):
@@ -161,7 +161,7 @@ def test_the_page_and_the_json_have_the_curve_of_what_remains_and_what_it_looks_
         (-1.0, 0.0, 1.0), (5.0, 0.0, -5.0), (4.0, -1.0, -6.0), (6.0, 1.0, -4.0),
     )  # fmt: skip
     unknown = replace(NAMED, verdict=Verdict.UNKNOWN, free_form=(curve,))
-    html = page(tmp_path, unknown, replace(PICTURES, free_form=svg(free_form_figure(curve))))
+    html = page(tmp_path, unknown, PICTURES | {"free_form": svg(free_form_figure(curve))})
     for said in ("over one variable", "in place of rolling viscous", "it falls throughout"):
         assert said in html
     assert "over one variable" not in page(tmp_path, NAMED)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import bdtr
 
-from twbal.algorithm.iteration import PARTS, Iteration
+from twbal.algorithm.iteration import PARTS
 from twbal.algorithm.summary import Summary
 from twbal.core.streams import Stream, generator
 
@@ -103,7 +103,7 @@ def run_values(summary: Summary) -> dict[str, float]:
         "command_change": _mean(i.command_change for i in tried),
         "oscillation": _mean(i.oscillation for i in tried),
         "drift": _mean(i.drift_m for i in tried),
-        "search": sum(_worked(i) for i in summary.iterations),
+        "search": sum(i.fit_s + i.search_s for i in summary.iterations),
     }
 
 
@@ -179,10 +179,6 @@ def _by_key(runs: Sequence[Run]) -> dict[tuple[str, ...], Run]:
     """Runs whose key no other one has."""
     keys = [run.key for run in runs]
     return {run.key: run for run in runs if keys.count(run.key) == 1}
-
-
-def _worked(iteration: Iteration) -> float:
-    return iteration.fit_s + iteration.search_s
 
 
 def _trial_seconds(summary: Summary, last: int) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.text import aligned
 from twbal.effects.library import effect_name
 from twbal.effects.parameter import parameters_of
 from twbal.planar.parameters import field_of, planar_parameters
@@ -84,8 +85,7 @@ class Identification:
         for name, unit, (mean, sd), (mean_after, sd_after) in zip(names, units, before, after, strict=True):
             moved = f"{(mean_after - mean) / sd:+.1f}{', at its bound' if name in self.at_bound else ''}"
             rows.append((name, unit, _spread(mean, sd), _spread(mean_after, sd_after), moved))
-        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-        return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+        return aligned(rows)
 
 
 def identify(

@@ -10,6 +10,7 @@ from twbal.algorithm.iteration import Iteration
 from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import angle, iterations_table, trials_table
 from twbal.core.evaluation import PlaceBy, SuccessCriterion
+from twbal.core.text import counted
 
 COSTS_PART = 3.0
 """By this factor predicted and real cost must differ for a warning; costs below 1, one lost step, count as 1."""
@@ -159,11 +160,6 @@ def summary_table(summary: Summary) -> str:
         f"Best policy: {best.policy.path} (sha256 {best.policy.sha256[:12]})",
     ]
     return "\n".join(lines)
-
-
-def counted(number: int, thing: str) -> str:
-    """`1 update`, `2 updates`."""
-    return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
 def _degrees(radians: float) -> str:

@@ -32,7 +32,7 @@ def reason_for(index: int, recalibrates: bool, prediction: Prediction | None) ->
         return Reason.MARGIN
     if rival is None:
         return Reason.ALONE
-    is_better = _in_tenths(prediction.best) > _in_tenths(rival)
+    is_better = round(prediction.best.judged_success, 1) > round(rival.judged_success, 1)
     return Reason.BETTER if is_better else Reason.AS_LIKELY
 
 
@@ -52,7 +52,11 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     if reason is Reason.ALONE:
         return "No earlier policy was a candidate: each was driven twice."
     if reason is Reason.MARGIN and prediction is not None and best_earlier(prediction) is None:
-        return _margin_alone(prediction.best)
+        return (
+            f"Searched for more margin: it succeeds with {prediction.best.margin:.0%} of sampled robots that changed. "
+            "No earlier policy was a candidate: under each of them the robot fell in a trial, or its tilt oscillated "
+            "in the worst one."
+        )
     rival = best_earlier(prediction) if prediction is not None else None
     if prediction is None or rival is None or rival.earlier is None or reason not in _COMPARED:
         return ""
@@ -70,14 +74,6 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     )
 
 
-def _margin_alone(best: Assessment) -> str:
-    """Of a policy that was searched for more margin where no earlier policy was a candidate."""
-    return (
-        f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed. No earlier "
-        "policy was a candidate: under each of them the robot fell in a trial, or its tilt oscillated in the worst one."
-    )
-
-
 def _margins(best: Assessment, rival: Assessment, than: str) -> str:
     """Under which robots that changed both succeed; empty where that was not asked of both."""
     if best.margin is None or rival.margin is None:
@@ -87,8 +83,3 @@ def _margins(best: Assessment, rival: Assessment, than: str) -> str:
         f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed, {than} with "
         f"{rival.margin:.0%}{less}."
     )
-
-
-def _in_tenths(found: Assessment) -> float:
-    """The share of successes as candidates are ranked by it."""
-    return round(found.judged_success, 1)

@@ -65,12 +65,14 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
+    # Where a policy does not tell its largest command, the plant cuts what is too large.
+    most_command = policy.max_command if isinstance(policy, BoundedPolicy) else math.inf
     record = _Record(channels, targets, heading, feed_forward, yields)
     try:
         try:
             controller = policy.controller(rng)
             record.note(plant.reset(provenance.trial), plant.pose(), plant.wheel_difference())
-            _drive(plant, controller, record, steps, tilt_limit, watch, _most_command(policy))
+            _drive(plant, controller, record, steps, tilt_limit, watch, most_command)
         except (LinkLostError, KeyboardInterrupt) as ended:
             record.end_by(ended)
         finally:
@@ -99,11 +101,6 @@ def _check_tilt_limit(tilt_limit: float) -> None:
             f"The tilt limit of a rollout must be more than 0 and at most {MAX_TILT_LIMIT:.4f} rad (90°, where a robot "
             f"lies on the ground); found {tilt_limit}. Is it in rad?"
         )
-
-
-def _most_command(policy: Policy) -> float:
-    """The largest command of a policy [N·m]; where it tells none, the plant cuts what is too large."""
-    return policy.max_command if isinstance(policy, BoundedPolicy) else math.inf
 
 
 def _drive(

@@ -6,6 +6,7 @@ from math import degrees
 from twbal.algorithm.following import FollowedCourse, FollowedSegment
 from twbal.algorithm.iteration import PARTS, Iteration
 from twbal.algorithm.summary import Summary
+from twbal.core.text import aligned
 
 _ABOVE = ("", "", "", "cost", "", "succeeds", "", "driven in", "in 95 %", "CRPS", "tilt band:", "", "")
 _ITERATIONS = (
@@ -24,12 +25,13 @@ _COURSE = (
 
 def iterations_table(summary: Summary) -> list[str]:
     """A line for each iteration, what it learned from and what came of it; the best one is marked."""
-    return _aligned([_ABOVE, _ITERATIONS, *(_of_learning(i, _marked(i, summary)) for i in summary.iterations)])
+    rows = [_of_learning(i, _marked(i, summary)) for i in summary.iterations]
+    return aligned([_ABOVE, _ITERATIONS, *rows], right=True)
 
 
 def trials_table(summary: Summary) -> list[str]:
     """A line for each iteration with trials, what they show part by part; empty where no iteration notes it."""
-    return _aligned(trials_rows(summary))
+    return aligned(trials_rows(summary), right=True)
 
 
 def trials_rows(summary: Summary) -> list[tuple[str, ...]]:
@@ -79,7 +81,8 @@ def angle(radians: float) -> str:
 
 def course_table(trials: Sequence[FollowedCourse]) -> list[str]:
     """A line for each segment that a trial reached."""
-    return _aligned([_COURSE, *(_of_segment(trial, segment) for trial in trials for segment in trial.segments)])
+    rows = [_of_segment(trial, segment) for trial in trials for segment in trial.segments]
+    return aligned([_COURSE, *rows], right=True)
 
 
 def _of_segment(trial: FollowedCourse, segment: FollowedSegment) -> tuple[str, ...]:
@@ -130,12 +133,6 @@ def _of_trials(iteration: Iteration, index: str) -> tuple[str, ...]:
 
 def _marked(iteration: Iteration, summary: Summary) -> str:
     return f"{'*' if iteration.index == summary.best_iteration else ' '} {iteration.index}"
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Lines with the cells of each column under each other."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
 def _number(value: float | None, form: str, unit: str = "") -> str:

@@ -9,9 +9,10 @@ from omegaconf import DictConfig
 from twbal.cli.console import say
 from twbal.cli.manifest import read_manifest
 from twbal.cli.typed_config import recorded
-from twbal.core.episode import Episode
+from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import DataError, LogError
 from twbal.core.files import file_hash
+from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode
 from twbal.io.recorded_sheet import is_of_sheet, robot_in_words
 
@@ -27,6 +28,11 @@ def episode_file(folder: Path, trial: int) -> Path:
     return folder / f"trial_{trial:03d}.mcap"
 
 
+def paths_in(given: str | Sequence[str]) -> list[Path]:
+    """One path, or several, as a setting names them."""
+    return [Path(word) for word in ([given] if isinstance(given, str) else given)]
+
+
 def episode_files(sources: str | Sequence[str]) -> list[Path]:
     """The logs that `episodes=...` names: source by source, and sorted by name within each.
 
@@ -36,7 +42,7 @@ def episode_files(sources: str | Sequence[str]) -> list[Path]:
     Raises:
         LogError: a source is not there, or has no log in it.
     """
-    files = [path for source in ([sources] if isinstance(sources, str) else sources) for path in _logs_in(Path(source))]
+    files = [path for source in paths_in(sources) for path in _logs_in(source)]
     if not files:
         raise LogError("No episodes were given. Give run folders, or folders of *.mcap files.")
     return files
@@ -109,6 +115,19 @@ def policy_hash(policy: DictConfig) -> str:
     """
     files = policy_files(policy)
     return file_hash(files[0]) if files else hashlib.sha256(recorded(policy, ()).encode()).hexdigest()
+
+
+def driven_robot(robot: RobotParameters, policy: DictConfig, seed: int, config: str) -> Provenance:
+    """Where episodes of a real robot come from; their trials are numbered later.
+
+    Args:
+        robot: its sheet.
+        policy: configuration of the policy that drives it.
+        seed: of the stage.
+        config: what is recorded of the stage's configuration.
+    """
+    sheet, driver = parameter_hash(robot), policy_hash(policy)
+    return Provenance(robot.name, "robot", parameter_hash=sheet, policy_hash=driver, seed=seed, config=config)
 
 
 def hashes(files: Iterable[Path]) -> list[str]:

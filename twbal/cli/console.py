@@ -129,7 +129,7 @@ class Progress:
             self._last = time.monotonic()
 
 
-def counted(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
+def with_progress(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
     """The items, counted on the way."""
     progress = Progress(what, total)
     for number, item in enumerate(items, start=1):

@@ -121,7 +121,8 @@ def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) 
     text = renamed(file.path.read_text(encoding="utf-8"), path.stem) if is_new else path.read_text(encoding="utf-8")
     before = sheet_values(text)
     changes = _changes(report, before)
-    after = noted(edited(text, changes), _title(report), [_line(each) for each in _measured(report)])
+    title = f"{date.today()}, of the robot {report.robot!r}, firmware {build_number(report.firmware)}"
+    after = noted(edited(text, changes), title, [_line(each) for each in _measured(report)])
     write_atomically(path, after)
     _tell(path, is_new, changes, before)
     if not file.packaged:
@@ -177,10 +178,6 @@ def _differs(a: float, b: float) -> bool:
 
 def _measured(report: LinkReport) -> list[Measurement]:
     return [each for check in report.checks for each in check.measured]
-
-
-def _title(report: LinkReport) -> str:
-    return f"{date.today()}, of the robot {report.robot!r}, firmware {build_number(report.firmware)}"
 
 
 def _line(measured: Measurement) -> str:

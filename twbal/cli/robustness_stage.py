@@ -27,6 +27,7 @@ from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
 from twbal.core.json_records import read_record, write_record
+from twbal.core.text import aligned
 from twbal.policies.saved import load_policy
 from twbal.viz.canvas import svg
 from twbal.viz.robustness_figure import robustness_figure
@@ -89,10 +90,7 @@ def compare_robustness(cfg: DictConfig, tested: Mapping[str, Sequence[Tested]], 
 
 def _written(found: Robustness, out: Path) -> list[Path]:
     """Print and write all that is told."""
-    head, *rows = table_rows(found)
-    widths = [max(len(row[column]) for row in (head, *rows)) for column in range(len(head))]
-    for row in (head, *rows):
-        print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+    print(*aligned(table_rows(found)), sep="\n")
     record, picture, page = (out / f"{NAME}.{ending}" for ending in ("json", "svg", "html"))
     drawn = svg(robustness_figure(found))
     write_record(record, found)

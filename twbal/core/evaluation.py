@@ -199,7 +199,8 @@ def judged(episode: Episode, rule: SuccessCriterion) -> TrialVerdict:
     away, place_source = _distances(episode, late, rule.wheel_radius)
     change = _command_change(episode, rule)
     farthest = float(away.max()) if len(away) else None
-    off = _heading_off(episode.heading_errors, late)
+    errors = None if episode.heading_errors is None else episode.heading_errors[late]
+    off = None if errors is None or not len(errors) else float(np.abs(errors).max())
     limit = None if episode.headings is None else rule.heading_limit
     return TrialVerdict(
         upright=bool(lasted and tilt.max() <= rule.tilt_limit),
@@ -235,11 +236,6 @@ def _distances(episode: Episode, part: slice, wheel_radius: float | None) -> tup
     if wheel_radius is None:
         return np.empty(0), None
     return np.abs(positions(episode, wheel_radius)[part]), PlaceBy.ODOMETRY
-
-
-def _heading_off(errors: Array | None, part: slice) -> float | None:
-    """Most by which the heading was off at the samples of `part` [rad]; see `TrialVerdict`."""
-    return None if errors is None or not len(errors[part]) else float(np.abs(errors[part]).max())
 
 
 def _command_change(episode: Episode, rule: SuccessCriterion) -> float | None:

@@ -1,6 +1,6 @@
 """From recordings to the effects that a simulation lacks."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +17,7 @@ from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, wit
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import with_likeliest
-from twbal.diagnosis.model_comparison import ModelComparison, compare_models
+from twbal.diagnosis.model_comparison import compare_models
 from twbal.diagnosis.objections import (
     Extent,
     Objection,
@@ -90,7 +90,8 @@ def name_effects(
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     selection = _search(problem, progress)
     weights = probabilities(selection, settings)
-    comparison = _comparison(problem, selection, weights)
+    differences = allowed_differences(problem, selection.chosen)
+    comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
@@ -165,12 +166,6 @@ def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent
         max(float(np.ptp(angle)) for angle in turned) / (2.0 * np.pi),
         seconds / falling_time(robot),
     )
-
-
-def _comparison(problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float]) -> ModelComparison:
-    """What the selection leaves open."""
-    temperature = temperature_of(selection, problem.settings)
-    return compare_models(problem, selection, weights, temperature, allowed_differences(problem, selection.chosen))
 
 
 def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settings) -> list[Candidate]:

@@ -119,10 +119,11 @@ def header(exported: Exported) -> str:
             "state that it was made with by state=..."
         )
     law = law_of(policy)
+    units = [unit.replace("²", "^2").replace("·", " ") for unit in channels.units]
     body = "\n".join(f"    {line}" if line else line for line in law.body.splitlines())
     parts = dict(
         formula=law.formula,
-        channels=", ".join(f"{name} [{unit}]" for name, unit in zip(channels.names, _ascii(channels), strict=True)),
+        channels=", ".join(f"{name} [{unit}]" for name, unit in zip(channels.names, units, strict=True)),
         period=real(exported.control_period),
         width=len(channels.names),
         lags=len(channels.lags),
@@ -144,10 +145,6 @@ def identity_in(text: str) -> int:
     found = re.search(r"^#define TWBAL_POLICY_ID 0x([0-9a-f]{8})u", text, flags=re.MULTILINE)
     assert found is not None
     return int(found.group(1), 16)
-
-
-def _ascii(channels: Channels) -> list[str]:
-    return [unit.replace("²", "^2").replace("·", " ") for unit in channels.units]
 
 
 def _in_a_comment(text: str) -> str:

@@ -7,19 +7,11 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import (
-    LARGEST,
-    Controller,
-    Policy,
-    channels_in,
-    control_period_in,
-    known_values,
-    max_command_in,
-)
+from twbal.policies.policy import LARGEST, Law, common_values, known_values
 
 
 @dataclass(frozen=True, eq=False)
-class LinearPolicy(Policy):
+class LinearPolicy(Law):
     """u = u_0 - kᵀx, within ±u_max: what a linear-quadratic regulator makes.
 
     Attributes:
@@ -41,10 +33,6 @@ class LinearPolicy(Policy):
         command: Array = np.clip(self.bias - states @ self.gain, -self.max_command, self.max_command)
         return command
 
-    def controller(self, rng: np.random.Generator) -> Controller:
-        """The law itself; nothing in it is random."""
-        return lambda state: float(self.command(state))
-
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
         return {"law": "linear", **known_values(self), "channels": list(self.channels)}
@@ -57,11 +45,9 @@ class LinearPolicy(Policy):
             CheckpointError: a part is missing, or cannot be one of a policy.
         """
         found = Payload("policy", payload)
-        channels = channels_in(found)
+        common = common_values(found)
         return cls(
-            channels=channels,
-            gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
+            gain=found.numbers("gain", (len(common["channels"]),), -LARGEST, LARGEST),
             bias=found.number("bias", -LARGEST, LARGEST),
-            max_command=max_command_in(found),
-            control_period=control_period_in(found),
+            **common,
         )

@@ -9,15 +9,7 @@ import numpy as np
 from twbal.core.errors import CheckpointError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import (
-    LARGEST,
-    Controller,
-    Policy,
-    channels_in,
-    control_period_in,
-    known_values,
-    max_command_in,
-)
+from twbal.policies.policy import LARGEST, Law, common_values, known_values
 
 _Function = Callable[[Array], Array]
 _ACTIVATIONS: Mapping[str, _Function] = {"tanh": np.tanh, "relu": lambda x: np.maximum(x, 0.0)}
@@ -29,7 +21,7 @@ _DEEPEST, _WIDEST = 16, 4096
 
 
 @dataclass(frozen=True, eq=False)
-class MlpPolicy(Policy):
+class MlpPolicy(Law):
     """u = u_max σ(W_L h_{L-1} + b_L) with h_l = a(W_l h_{l-1} + b_l) and h_0 = x, in [-u_max, u_max] for every x.
 
     Attributes:
@@ -78,10 +70,6 @@ class MlpPolicy(Policy):
         command: Array = self.max_command * _SQUASHES[self.squash](hidden @ W[0] + b[0])
         return command
 
-    def controller(self, rng: np.random.Generator) -> Controller:
-        """The law itself; nothing in it is random."""
-        return lambda state: float(self.command(state))
-
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
         lists = {name: list(getattr(self, name)) for name in ("channels", "weights", "biases")}
@@ -97,8 +85,7 @@ class MlpPolicy(Policy):
         found = Payload("policy", payload)
         weights, biases = (_layers(found, name, rank) for name, rank in (("weights", 2), ("biases", 1)))
         activation, squash = found.text("activation"), found.text("squash")
-        limit, period = max_command_in(found), control_period_in(found)
-        return cls(channels_in(found), weights, biases, activation, squash, limit, period)
+        return cls(weights=weights, biases=biases, activation=activation, squash=squash, **common_values(found))
 
 
 def _layers(found: Payload, name: str, rank: int) -> tuple[Array, ...]:

@@ -31,6 +31,18 @@ class Policy(ABC):
         """The law for one rollout; whatever is random in it is drawn from `rng`."""
 
 
+class Law(Policy):
+    """A policy whose command follows from the state alone."""
+
+    @abstractmethod
+    def command(self, states: Array) -> Array:
+        """u [N·m] of shape (...) for states (..., D)."""
+
+    def controller(self, rng: np.random.Generator) -> Controller:
+        """The law itself; nothing in it is random."""
+        return lambda state: float(self.command(state))
+
+
 @runtime_checkable
 class BoundedPolicy(Protocol):
     """A policy that tells its largest command."""
@@ -58,30 +70,24 @@ class PolicyOfChannels(Protocol):
         """Names of the channels, in order."""
 
 
-def channels_in(payload: Payload) -> tuple[str, ...]:
-    """The state channels that a saved policy reads.
+def common_values(payload: Payload) -> dict[str, Any]:
+    """What every saved policy has: its `channels`, `max_command` and `control_period`, which None says is not known.
 
     Raises:
-        CheckpointError: there are none, too many, or one twice.
+        CheckpointError: there are no channels, too many, or one twice; or a number is out of its range.
     """
     channels = payload.texts("channels")
     if not 1 <= len(channels) <= _MOST_CHANNELS or len(set(channels)) < len(channels):
         raise CheckpointError(
             f"A policy reads 1 to {_MOST_CHANNELS} distinct channels; found {len(channels)}: {str(channels)[:80]}."
         )
-    return channels
-
-
-def max_command_in(payload: Payload) -> float:
-    """The largest command of a saved policy [N·m]; positive."""
-    return payload.number("max_command", 1e-9, _STRONGEST)
+    return {
+        "channels": channels,
+        "max_command": payload.number("max_command", 1e-9, _STRONGEST),
+        "control_period": payload.number("control_period", *_PERIODS) if "control_period" in payload.names else None,
+    }
 
 
 def known_values(policy: Policy) -> dict[str, Any]:
     """The fields of a policy for its checkpoint; without the control period where that is not known."""
     return {name: value for name, value in vars(policy).items() if name != "control_period" or value is not None}
-
-
-def control_period_in(payload: Payload) -> float | None:
-    """The control period that a saved policy was made for [s]; None: it does not say."""
-    return payload.number("control_period", *_PERIODS) if "control_period" in payload.names else None

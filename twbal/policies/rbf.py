@@ -8,15 +8,7 @@ import numpy as np
 from twbal.core.errors import CheckpointError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import (
-    LARGEST,
-    Controller,
-    Policy,
-    channels_in,
-    control_period_in,
-    known_values,
-    max_command_in,
-)
+from twbal.policies.policy import LARGEST, Law, common_values, known_values
 from twbal.policies.rbf_moments import Network
 from twbal.policies.squash import COMPENSATION_WIDTH, NARROWEST, WIDEST, compensation_of, squash
 
@@ -30,7 +22,7 @@ _MOST = 10_000
 
 
 @dataclass(frozen=True, eq=False)
-class RbfPolicy(Policy):
+class RbfPolicy(Law):
     """u = u_max σ_c(b + kᵀx + Σ_i w_i exp(-½ (x - c_i)ᵀΛ⁻¹(x - c_i))), in [-u_max, u_max] for every x (eq. 10).
 
     Attributes:
@@ -83,10 +75,6 @@ class RbfPolicy(Policy):
         """u [N·m] of shape (...) for states (..., D)."""
         return self.max_command * squash(self.activation(states), self.compensation, self.compensation_width)
 
-    def controller(self, rng: np.random.Generator) -> Controller:
-        """The law itself; nothing in it is random."""
-        return lambda state: float(self.command(state))
-
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
         return {**known_values(self), "channels": list(self.channels)}
@@ -99,23 +87,22 @@ class RbfPolicy(Policy):
             CheckpointError: a part is missing, or cannot be one of a policy.
         """
         found = Payload("policy", payload)
-        channels = channels_in(found)
-        centres = found.numbers("centres", (-1, len(channels)), -LARGEST, LARGEST)
+        common = common_values(found)
+        channels = len(common["channels"])
+        centres = found.numbers("centres", (-1, channels), -LARGEST, LARGEST)
         if len(centres) > _MOST:
             raise CheckpointError(f"A policy has at most {_MOST} basis functions; found {len(centres)}.")
         return cls(
-            channels=channels,
             centres=centres,
             weights=found.numbers("weights", (len(centres),), -LARGEST, LARGEST),
-            lengths=found.numbers("lengths", (len(channels),), _SHORTEST, _FAR),
-            gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
-            max_command=max_command_in(found),
-            control_period=control_period_in(found),
+            lengths=found.numbers("lengths", (channels,), _SHORTEST, _FAR),
+            gain=found.numbers("gain", (channels,), -LARGEST, LARGEST),
+            **common,
             **_later_numbers(found),
         )
 
 
-def _later_numbers(payload: Payload) -> dict[str, float]:
+def _later_numbers(payload: Payload) -> dict[str, Any]:
     """What files of earlier versions do not have."""
     limits = {
         "compensation": (0.0, _MOST_COMPENSATION),

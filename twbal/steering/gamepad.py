@@ -1,7 +1,6 @@
 """A gamepad, or what was recorded of one."""
 
 import os
-import select
 import stat
 from pathlib import Path
 from typing import Self
@@ -49,17 +48,8 @@ class Gamepad(Source):
 
     def read(self, time: float) -> list[Key | Sticks]:
         """What its sticks and buttons ask for; see `Source.read`."""
-        return [asked for event in self._decoder.feed(self._bytes()) if (asked := self._pad.take(event)) is not None]
-
-    def _bytes(self) -> bytes:
-        if self.lost or not select.select([self._device], [], [], 0.0)[0]:
-            return b""
-        try:
-            data = os.read(self._device, _READ)
-        except OSError:  # ENODEV: it was unplugged
-            data = b""
-        self.lost = not data
-        return data
+        events = self._decoder.feed(self._bytes(self._device, _READ))
+        return [asked for event in events if (asked := self._pad.take(event)) is not None]
 
 
 class RecordedGamepad(Source):

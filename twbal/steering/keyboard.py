@@ -1,7 +1,6 @@
 """The terminal of the person who steers; put back as it was on every way out."""
 
 import os
-import select
 import sys
 import termios
 from contextlib import suppress
@@ -62,17 +61,7 @@ class Keyboard(Source):
 
     def read(self, time: float) -> list[Key | Sticks]:
         """The keys that were pressed; see `Source.read`."""
-        return list(self._decoder.feed(self._bytes(), time))
-
-    def _bytes(self) -> bytes:
-        if self.lost or not select.select([self._terminal], [], [], 0.0)[0]:
-            return b""
-        try:
-            data = os.read(self._terminal, 1024)
-        except OSError:  # EIO: nobody holds the other end any more
-            data = b""
-        self.lost = not data
-        return data
+        return list(self._decoder.feed(self._bytes(self._terminal, 1024), time))
 
 
 def _standard_input() -> int | None:

@@ -1,5 +1,7 @@
 """Where keys and sticks come from."""
 
+import os
+import select
 from abc import ABC, abstractmethod
 
 from twbal.steering.request import Key, Sticks
@@ -23,3 +25,14 @@ class Source(ABC):
         Args:
             time: since the drive began [s].
         """
+
+    def _bytes(self, device: int, most: int) -> bytes:
+        """At most so many bytes that have come from a device, which is lost where it ends or cannot be read."""
+        if self.lost or not select.select([device], [], [], 0.0)[0]:
+            return b""
+        try:
+            data = os.read(device, most)
+        except OSError:  # ENODEV: it was unplugged; EIO: nobody holds the other end of the terminal any more
+            data = b""
+        self.lost = not data
+        return data

@@ -45,7 +45,8 @@ def attend(line: PseudoTerminal, firmware: Firmware, idle_timeout: float, parent
                 return
             continue
         attended = now
-        answer = firmware.receive(data, _microseconds(now)) + firmware.advance(_microseconds(now))
+        now_us = int(now * 1e6)
+        answer = firmware.receive(data, now_us) + firmware.advance(now_us)
         if answer:
             line.write(answer)
 
@@ -54,10 +55,6 @@ def _until(tick_us: int | None) -> float:
     if tick_us is None:
         return _LOOK_ROUND
     return min(max(tick_us * 1e-6 - time.monotonic(), 0.0), MOVE_EVERY)
-
-
-def _microseconds(now: float) -> int:
-    return int(now * 1e6)
 
 
 class _EndedError(BaseException):

@@ -28,16 +28,13 @@ def write_film(path: Path, frames: Sequence[NDArray[np.uint8]], seconds: float, 
         DataError: the file cannot be written.
     """
     pictures = [_captioned(frame, caption) for frame, caption in zip(frames, captions, strict=True)]
-    palette = _side_by_side([pictures[i] for i in (0, len(pictures) // 2, -1)]).quantize(_COLOURS)
+    side_by_side = np.concatenate([np.asarray(pictures[i]) for i in (0, len(pictures) // 2, -1)], axis=1)
+    palette = Image.fromarray(side_by_side).quantize(_COLOURS)
     reduced = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     whole = io.BytesIO()
     duration = max(10 * round(100 * seconds), 20)
     reduced[0].save(whole, "GIF", save_all=True, append_images=reduced[1:], duration=duration, loop=0)
     write_atomically(path, whole.getvalue())
-
-
-def _side_by_side(pictures: Sequence[Image.Image]) -> Image.Image:
-    return Image.fromarray(np.concatenate([np.asarray(picture) for picture in pictures], axis=1))
 
 
 def _captioned(frame: NDArray[np.uint8], caption: str) -> Image.Image:

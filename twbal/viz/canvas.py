@@ -105,6 +105,20 @@ def label(name: str, unit: str) -> str:
     return f"{in_words(name)} [{unit}]"
 
 
+def short(value: float) -> str:
+    """A number with two digits at least, and without an exponent."""
+    return f"{value:.2g}" if abs(value) < 10.0 else f"{value:.0f}"
+
+
+def over_horizons(axes: Axes, channel: str, unit: str) -> None:
+    """Name axes on which the error of a channel [unit] stands over the time that was predicted ahead [ms]."""
+    axes.set_yscale("log")  # errors near the noise are far below those of the data sheet
+    axes.set_xlim(left=0)
+    axes.set_xlabel("horizon [ms]")
+    axes.set_ylabel(label(f"error of {channel}", unit))
+    axes.set_title(channel.replace("_", " "))
+
+
 def legend(figure: Figure, *axes: Axes) -> None:
     """Put the legend of `axes` below all panels, where it hides no data, in as few rows as fit its width.
 

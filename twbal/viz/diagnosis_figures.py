@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
 from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
-from twbal.viz.canvas import label, legend, panels, shown, styled
+from twbal.viz.canvas import legend, over_horizons, panels, shown, styled
 from twbal.viz.map_axes import AXES, DIRECTION, direction_text, edge_texts
 
 _SHADES = (  # of a diverging map: predicted too high, right, too low
@@ -106,11 +106,7 @@ def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None)
         }
         for name, (kind, colour, form) in kinds.items():
             panel.plot(horizons, [factor * getattr(g, kind) for g in rows], form, color=colour.light, label=name)
-        panel.set_yscale("log")  # errors near the noise are far below those of the data sheet
-        panel.set_xlim(left=0)
-        panel.set_xlabel("horizon [ms]")
-        panel.set_ylabel(label(f"error of {channel}", unit))
-        panel.set_title(channel.replace("_", " "))
+        over_horizons(panel, channel, unit)
     legend(figure, drawn[0])
     return figure
 

@@ -32,19 +32,18 @@ class DiagnosisSetting:
     facts: Sequence[tuple[str, str]]
 
 
-@dataclass(frozen=True)
-class DiagnosisPictures:
-    """The figures as SVG text; None where there is nothing to draw."""
-
-    where: str
-    rivals: str | None
-    gap: str | None
-    whiteness: str
-    free_form: str | None = None
+TITLES = {
+    "where": "Errors of the simulation by channel and region",
+    "rivals": "Evidence for each candidate",
+    "gap": "Error on held-out data before and after",
+    "free_form": "An added torque, force or reading over one variable",
+    "whiteness": "Autocorrelation of the residuals before and after",
+}
+"""Of the figures that a report may have."""
 
 
 def write_diagnosis_report(
-    path: Path, diagnosis: Diagnosis, setting: DiagnosisSetting, pictures: DiagnosisPictures
+    path: Path, diagnosis: Diagnosis, setting: DiagnosisSetting, pictures: Mapping[str, str]
 ) -> None:
     """Write the report; the same arguments give the same bytes.
 
@@ -57,10 +56,6 @@ def write_diagnosis_report(
         setting=setting,
         headline=headline_text(diagnosis),
         worst_range=range_text(diagnosis.remaining.where[0]) if diagnosis.remaining.where else "",
-        where=inline(pictures.where, "where", "Errors of the simulation by channel and region"),
-        rivals=inline(pictures.rivals, "rivals", "Evidence for each candidate"),
-        gap=inline(pictures.gap, "gap", "Error on held-out data before and after"),
-        free_form=inline(pictures.free_form, "free_form", "An added torque, force or reading over one variable"),
-        whiteness=inline(pictures.whiteness, "whiteness", "Autocorrelation of the residuals before and after"),
+        **{name: inline(pictures.get(name), name, title) for name, title in TITLES.items()},
     )
     write_atomically(path, html)

@@ -12,7 +12,7 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.core.plant import Observation
-from twbal.viz.canvas import label, legend, limits, panels, shown, styled
+from twbal.viz.canvas import label, legend, limits, panels, short, shown, styled
 
 _UNITS = {**MEASURED_UNITS, "wheel_angle": "rad", "wheel_rate": "rad/s", "command": "N·m"}
 _CHANNELS = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate", "acceleration", "command")
@@ -77,13 +77,8 @@ def _fit(axes: Axes, values: Array, simulated: Array) -> None:
     if simulated.min() < bottom or simulated.max() > top:
         for drawn in (*axes.get_lines()[:1], *axes.collections):  # what was measured, over what hides it
             drawn.set_zorder(3.0)
-        note = f"simulated: {_short(simulated.min())} to {_short(simulated.max())}"
+        note = f"simulated: {short(simulated.min())} to {short(simulated.max())}"
         axes.set_title(note, loc="right", color=PREDICTED.light, fontsize=8, fontweight="normal")
-
-
-def _short(value: float) -> str:
-    """With two digits at least, and without an exponent."""
-    return f"{value:.2g}" if abs(value) < 10.0 else f"{value:.0f}"
 
 
 def _simulated(pieces: Sequence[Stretch]) -> str:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, INK, MUTED, PREDICTED, REAL
 from twbal.diagnosis.evaluation_record import CHANNEL_UNITS, PredictionScore, SimulationEvaluation
-from twbal.viz.canvas import label, legend, panels, shown, styled
+from twbal.viz.canvas import legend, over_horizons, panels, shown, styled
 
 _COLOURS = (REAL, PREDICTED, GOOD, INK, MUTED)  # of the reference, and of the others in turn
 _FORMS = ("s-", "o-", "d--", "^-.", "v:")
@@ -34,11 +34,7 @@ def evaluation_figure(evaluation: SimulationEvaluation, log: str) -> Figure:
             floor = [factor * _known(score.noise_floor) for score in rows]
             panel.plot(times, floor, ":", color=colour, linewidth=1.1)
         panel.plot([], [], ":", color=INK.light, linewidth=1.1, label="sensor noise alone")
-        panel.set_yscale("log")
-        panel.set_xlim(left=0)
-        panel.set_xlabel("horizon [ms]")
-        panel.set_ylabel(label(f"error of {channel}", unit))
-        panel.set_title(channel.replace("_", " "))
+        over_horizons(panel, channel, unit)
     legend(figure, drawn[0])
     return figure
 

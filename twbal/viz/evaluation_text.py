@@ -1,7 +1,10 @@
-"""How well simulations predict logs, in tables of words and in sentences."""
+"""How well simulations predict logs, in tables of words, in sentences and as a page."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
+from twbal.core.files import write_atomically
+from twbal.core.text import counted
 from twbal.diagnosis.evaluation_record import (
     ALL_LOGS,
     CHANNEL_UNITS,
@@ -10,6 +13,7 @@ from twbal.diagnosis.evaluation_record import (
     PredictionScore,
     SimulationEvaluation,
 )
+from twbal.viz.page import inline, render
 
 OWN = "*"
 """Marks the score of a simulation on a log that it was found on."""
@@ -56,12 +60,6 @@ def angle_channels(evaluation: SimulationEvaluation) -> list[str]:
     return [name for name in evaluation.channels if name in ("tilt", "wheel_angle")] or list(evaluation.channels)
 
 
-def in_columns(rows: Sequence[Sequence[str]]) -> str:
-    """Rows as lines, their cells one beneath the other."""
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in rows)
-
-
 def ratio_words(score: PredictionScore) -> str:
     """How many times the error of the reference a score is, with its interval."""
     if score.ratio is None:
@@ -83,6 +81,33 @@ def closed_words(score: PredictionScore) -> str:
         return "-"
     interval = None if score.closed95 is None else Interval(100 * score.closed95.low95, 100 * score.closed95.high95)
     return f"{100 * score.closed:.0f} %{_interval(interval, '.0f')}"
+
+
+def write_evaluation_report(path: Path, evaluation: SimulationEvaluation, picture: str) -> None:
+    """Write the report; the same arguments give the same bytes.
+
+    Args:
+        path: of the page.
+        evaluation: of simulations.
+        picture: `evaluation_figure` as SVG text.
+
+    Raises:
+        DataError: the file cannot be written.
+    """
+    horizon = evaluation.headline_horizon
+    shown = [score for score in evaluation.scores if score.log == pool(evaluation)]
+    html = render(
+        "evaluation.html.jinja",
+        evaluation=evaluation,
+        judgements=judgements(evaluation),
+        tables=[(title(c, horizon), found_on_tested_on(evaluation, c, horizon)) for c in angle_channels(evaluation)],
+        details=[(c, [score for score in shown if score.channel == c]) for c in evaluation.channels],
+        words={"error": error_words, "ratio": ratio_words, "closed": closed_words},
+        units=CHANNEL_UNITS,
+        pool=pool_words(evaluation),
+        picture=inline(picture, "evaluation", "Errors of the simulations over the horizon of their predictions"),
+    )
+    write_atomically(path, html)
 
 
 def _interval(interval: Interval | None, form: str) -> str:
@@ -109,14 +134,14 @@ def _judgement(evaluation: SimulationEvaluation, simulation: EvaluatedSimulation
     """On how many logs that it was not found on a simulation predicts better and worse, with the worst of them."""
     scores = [evaluation.score(simulation.name, log.name, channel, horizon) for log in evaluation.logs]
     known = [score for score in scores if score is not None]
-    counted = [score for score in known if not score.is_own_data] or known
-    logs = f"{len(counted)} log{'' if len(counted) == 1 else 's'}"
+    judged = [score for score in known if not score.is_own_data] or known
+    logs = counted(len(judged), "log")
     if simulation.found_on:
-        logs += " that it was found on" if counted[0].is_own_data else " that it was not found on"
-    worse = [score for score in counted if score.is_worse]
-    better = sum(score.is_better for score in counted)
-    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in counted)
-    alike = len(counted) - better - len(worse) - short
+        logs += " that it was found on" if judged[0].is_own_data else " that it was not found on"
+    worse = [score for score in judged if score.is_worse]
+    better = sum(score.is_better for score in judged)
+    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in judged)
+    alike = len(judged) - better - len(worse) - short
     counts = f"better on {better}, worse on {len(worse)}, not told apart on {alike}"
     counts += f", without an interval on {short}, as the recording is too short for one" if short else ""
     what = f"{simulation.name} beside {evaluation.reference}, {title(channel, horizon)}"

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.palette import MUTED, PREDICTED, REAL
-from twbal.viz.canvas import ended_at, in_words, label, legend, limits, panels, shown, styled
+from twbal.viz.canvas import ended_at, in_words, label, legend, limits, panels, short, shown, styled
 
 _ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
 
@@ -76,10 +76,5 @@ def _draw_channel(
     bottom, top = limits(np.concatenate([[], *courses]), np.concatenate([low, high]), _ROOM)
     axes.set_ylim(bottom, top)
     if low.min() < bottom or high.max() > top:
-        note = f"band: {_short(low.min())} to {_short(high.max())}"
+        note = f"band: {short(low.min())} to {short(high.max())}"
         axes.set_title(note, loc="right", color=MUTED.light, fontsize=8, fontweight="normal")
-
-
-def _short(value: float) -> str:
-    """With two digits at least."""
-    return f"{value:.2g}" if abs(value) < 10 else f"{value:.0f}"

@@ -5,12 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from twbal.algorithm.iteration import Basis, DiagnosisOutcome, Iteration, Search
-from twbal.algorithm.outcome import counted, driving, headline, rule_in_words, warnings_on
+from twbal.algorithm.outcome import driving, headline, rule_in_words, warnings_on
 from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_driven, trials_rows
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
+from twbal.core.text import counted
 from twbal.search.predictor import Predictor
 from twbal.viz.page import inline, percent, render
 

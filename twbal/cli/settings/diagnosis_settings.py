@@ -1,7 +1,6 @@
 """Settings of how a diagnosis names effects."""
 
-from twbal.cli.settings.kinds import ListOf, Number, Text, Whole, YesNo
-from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.kinds import ListOf, Number, Setting, Text, Whole, YesNo
 
 _EFFECTS = ListOf(Text("name of an effect"), most=1000)
 _SCORE = Number(0.0, 1e6)

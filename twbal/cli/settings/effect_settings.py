@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from twbal.cli.settings.kinds import Number, Span
-from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.kinds import Number, Setting, Span
 from twbal.effects.effect import Effect
 from twbal.effects.parameter import Parameter, parameters_of
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
+from twbal.cli.settings.kinds import Setting
 from twbal.cli.settings.lookup import Leaf, Table, leaves
-from twbal.cli.settings.setting import Setting
 
 WIDTH = 110
 """Characters of the longest line."""

@@ -1,7 +1,6 @@
 """Settings of mappings, which say what the columns of a foreign log mean."""
 
-from twbal.cli.settings.kinds import Either, ListOf, Number, OrNull, Part, Text, Whole, YesNo
-from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.kinds import Either, ListOf, Number, OrNull, Part, Setting, Text, Whole, YesNo
 
 _COLUMN = Either(Text("name"), Whole(1, 100_000), "name or number")
 _COLUMNS = Either(_COLUMN, ListOf(_COLUMN, least=1), "column or [column,...]")

@@ -1,9 +1,9 @@
-"""What a setting can be: which values a kind takes, and how that is said in words."""
+"""What a setting can be: which values a kind takes, how that is said in words, and a row of the table of settings."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 LONGEST_TEXT = 4096  # characters, which is also the longest path
 
@@ -251,6 +251,22 @@ class SheetAnswer(Kind):
         """Numbers and texts."""
         is_text = isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT
         return value is None or is_text or Number(-_LARGEST_ANSWER, _LARGEST_ANSWER).takes(value)
+
+
+class Setting(NamedTuple):
+    """What is known of one setting.
+
+    Attributes:
+        key: dotted, as on the command line; `*` stands for a name that is free.
+        kind: which values it can have, and their unit.
+        meaning: in a few words, without the unit.
+        common: whether it is one of those that are changed most.
+    """
+
+    key: str
+    kind: Kind
+    meaning: str
+    common: bool = False
 
 
 PATH = Text("path")

@@ -1,8 +1,7 @@
 """Settings of the link to a robot, and of what a virtual robot hides."""
 
-from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Span, Text, Whole, YesNo
+from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Setting, Span, Text, Whole, YesNo
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, SENSORS
-from twbal.cli.settings.setting import Setting
 
 SEED = Whole(0, 2**32 - 1)
 CLOCK = OneOf(("lockstep", "real_time"))

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from twbal.cli.settings.diagnosis_settings import DIAGNOSIS
 from twbal.cli.settings.import_settings import IMPORT
-from twbal.cli.settings.kinds import Kind, holds_settings
+from twbal.cli.settings.kinds import Kind, Setting, holds_settings
 from twbal.cli.settings.link_settings import FAULTS, LINK
 from twbal.cli.settings.model_settings import MODEL
 from twbal.cli.settings.nested_settings import ancestors, flattened
@@ -24,7 +24,6 @@ from twbal.cli.settings.robot_settings import (
     WHEEL_MASS,
 )
 from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, ROBUST, RULE, SEARCH, VALIDATION
-from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
 
 GROUPS = {

@@ -2,9 +2,8 @@
 
 from collections.abc import Iterator
 
-from twbal.cli.settings.kinds import Number, OrNull, Part, Text, Whole, YesNo
+from twbal.cli.settings.kinds import Number, OrNull, Part, Setting, Text, Whole, YesNo
 from twbal.cli.settings.robot_settings import MEASURED
-from twbal.cli.settings.setting import Setting
 
 _POINTS = Whole(1, 1_000_000, "samples")
 

@@ -1,8 +1,7 @@
 """Settings of what a virtual robot is changed by, to see what policies survive."""
 
-from twbal.cli.settings.kinds import ListOf, Number, Whole
+from twbal.cli.settings.kinds import ListOf, Number, Setting, Whole
 from twbal.cli.settings.robot_settings import SENSORS
-from twbal.cli.settings.setting import Setting
 
 
 def _levels(low: float, high: float, unit: str = "") -> ListOf:

@@ -1,7 +1,6 @@
 """Settings of the robot, its start, its state, and the simulation."""
 
-from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, OrNull, Part, Text, Whole, YesNo
-from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, OrNull, Part, Setting, Text, Whole, YesNo
 from twbal.core.robot_sheet import MEANING
 
 MEASURED = {"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"}

@@ -1,6 +1,6 @@
 """Settings of the cost, of policies and their search, of success, and of model-free agents."""
 
-from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Whole, YesNo
+from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Setting, Whole, YesNo
 from twbal.cli.settings.robot_settings import (
     CHANNELS,
     CONTROL_PERIOD,
@@ -9,7 +9,6 @@ from twbal.cli.settings.robot_settings import (
     TORQUE_LIMIT,
     UPRIGHT,
 )
-from twbal.cli.settings.setting import Setting
 
 _ITERATIONS = Whole(1, 100_000)
 _HORIZON = Whole(1, 100_000, CONTROL_PERIODS)

@@ -12,6 +12,7 @@ from twbal.cli.settings.kinds import (
     Number,
     OneOf,
     OrNull,
+    Setting,
     SheetAnswer,
     Text,
     Whole,
@@ -19,7 +20,6 @@ from twbal.cli.settings.kinds import (
 )
 from twbal.cli.settings.link_settings import CLOCK, SEED
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT
-from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.steering_settings import STEERING
 from twbal.sheets.questions import QUESTIONS
 

@@ -1,8 +1,7 @@
 """Settings of a person's steering."""
 
-from twbal.cli.settings.kinds import Number, Whole, YesNo
+from twbal.cli.settings.kinds import Number, Setting, Whole, YesNo
 from twbal.cli.settings.robot_settings import COURSE
-from twbal.cli.settings.setting import Setting
 
 _SHARE = Number(0.01, 1.0)
 _BUTTON = Whole(0, 255)

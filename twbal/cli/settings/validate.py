@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 
 from twbal.cli.settings.comma_number import is_comma_number
 from twbal.cli.settings.help_text import shown
+from twbal.cli.settings.kinds import Setting
 from twbal.cli.settings.lookup import Leaf, Table, effects_in, leaves
 from twbal.cli.settings.nested_settings import ancestors
 from twbal.cli.settings.renamed import name_now, renamed
-from twbal.cli.settings.setting import Setting
 from twbal.core.errors import ConfigError
 
 _FREE = ("agent.options",)  # parts with names of another library, which checks them

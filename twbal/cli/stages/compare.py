@@ -69,7 +69,12 @@ def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Sett
     page = render("comparison.html.jinja", groups=groups, rows=table, names=names, picture=picture)
     write_atomically(out / "comparison.html", page)
     write_atomically(out / "table.csv", _csv(names, table))
-    write_atomically(out / "runs.csv", _csv(["group", "key", *_metrics(groups)], _each(groups)))
+    each = [
+        {"group": name, "key": " ".join(run.key), **{metric: repr(value) for metric, value in run.values.items()}}
+        for name, runs in groups.items()
+        for run in runs
+    ]
+    write_atomically(out / "runs.csv", _csv(list(each[0]), each))
     write_atomically(out / "table.tex", latex(table))
     widest = max(map(len, names))
     for name in names:
@@ -116,19 +121,6 @@ def _link_seed(run: Path) -> str:
         return str(settings["link"]["seed"])
     except (FileNotFoundError, KeyError, TypeError):
         return "None"
-
-
-def _metrics(groups: Mapping[str, Sequence[Run]]) -> list[str]:
-    return list(next(iter(groups.values()))[0].values)
-
-
-def _each(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, str]]:
-    """One row a run."""
-    return [
-        {"group": name, "key": " ".join(run.key), **{metric: repr(value) for metric, value in run.values.items()}}
-        for name, runs in groups.items()
-        for run in runs
-    ]
 
 
 def _csv(names: Sequence[str], table: Sequence[Mapping[str, str]]) -> str:

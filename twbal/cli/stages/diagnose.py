@@ -31,7 +31,7 @@ from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_figures import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
-from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.viz.diagnosis_page import DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
 from twbal.viz.headline import effect_lines, headline_text
 
@@ -162,7 +162,7 @@ def _offsets(filtered: FilterResult, names: Sequence[str]) -> list[tuple[str, st
     return [("offsets of the tilt, as found", ", ".join(found))]
 
 
-def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[Path]]:
+def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[dict[str, str], list[Path]]:
     """All pictures, as SVG text and as files."""
     figures = {
         "where": disagreement_figure(diagnosis.where, tuple(diagnosis.noise)),
@@ -171,11 +171,8 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
         "whiteness": whiteness_figure(diagnosis.whiteness, diagnosis.after),
         "free_form": free_form_figure(diagnosis.free_form[0]) if diagnosis.free_form else None,
     }
-    texts = {name: None if figure is None else svg(figure) for name, figure in figures.items()}
-    files = []
-    for name, text in texts.items():
-        if text is not None:
-            files.append(folder / f"{name}.svg")
-            write_atomically(files[-1], text)
-    where, whiteness = texts["where"] or "", texts["whiteness"] or ""
-    return DiagnosisPictures(where, texts["rivals"], texts["gap"], whiteness, texts["free_form"]), files
+    texts = {name: svg(figure) for name, figure in figures.items() if figure is not None}
+    files = [folder / f"{name}.svg" for name in texts]
+    for file, text in zip(files, texts.values(), strict=True):
+        write_atomically(file, text)
+    return texts, files

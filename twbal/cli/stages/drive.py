@@ -12,7 +12,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.rollout import rollout
-from twbal.cli.artefacts import episode_file, policy_files, policy_hash
+from twbal.cli.artefacts import driven_robot, episode_file, policy_files
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
@@ -29,7 +29,7 @@ from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Observation
-from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.core.robot_parameters import RobotParameters
 from twbal.core.yielding import yields_to_pushes
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
@@ -118,15 +118,7 @@ def run(
     check_torque(driven.policy, driven.robot)
     say_doubts_of_policy(driven.policy, policy_files(cfg.policy), driven.robot)
     driven.channels.index("position")  # raises where the policy cannot see how far it is off
-    provenance = Provenance(
-        robot=driven.robot.name,
-        source="robot",
-        parameter_hash=parameter_hash(driven.robot),
-        policy_hash=policy_hash(cfg.policy),
-        seed=settings.seed,
-        trial=settings.trial,
-        config=recorded(cfg, NOT_IN_EPISODES),
-    )
+    provenance = driven_robot(driven.robot, cfg.policy, settings.seed, recorded(cfg, NOT_IN_EPISODES))
     layout: Layout = instantiate(cfg.gamepad)
     inputs = {"policy": policy_files(cfg.policy)}
     step = StageWork("drive", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)

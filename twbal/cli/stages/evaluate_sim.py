@@ -15,6 +15,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.text import aligned
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
 from twbal.diagnosis.evaluation_record import EvaluatedSimulation, SimulationEvaluation
 from twbal.diagnosis.log_names import distinct_names
@@ -22,16 +23,15 @@ from twbal.diagnosis.simulation_evaluation import evaluate_simulations
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.evaluation_figure import evaluation_figure
-from twbal.viz.evaluation_page import write_evaluation_report
 from twbal.viz.evaluation_text import (
     OWN,
     angle_channels,
     best_simulation,
     found_on_tested_on,
-    in_columns,
     judgements,
     pool,
     title,
+    write_evaluation_report,
 )
 
 NOT_RECORDED = ("episodes", "sims")
@@ -94,7 +94,7 @@ def _print(evaluation: SimulationEvaluation) -> None:
     horizon = evaluation.headline_horizon
     for channel in angle_channels(evaluation):
         print(f"{title(channel, horizon)}, 95 % interval, and times that of {evaluation.reference}")
-        print(in_columns(found_on_tested_on(evaluation, channel, horizon)))
+        print(*aligned(found_on_tested_on(evaluation, channel, horizon)), sep="\n")
     if any(score.is_own_data for score in evaluation.scores):
         print(f"{OWN} the simulation was found on this log")
     for line in (*judgements(evaluation), *([ALONE] if len(evaluation.simulations) == 1 else ())):

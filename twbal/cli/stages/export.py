@@ -1,7 +1,6 @@
 """Episodes as tables that any other program reads: CSV or Parquet."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,7 @@ from omegaconf import DictConfig
 from twbal.cli.artefacts import episode_files
 from twbal.cli.console import print_result, run_folder
 from twbal.cli.manifest import Manifest, StageWork, perform
-from twbal.cli.typed_config import recorded, typed
+from twbal.cli.typed_config import recorded
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, install_advice
 from twbal.core.files import replacing, unused
@@ -23,13 +22,6 @@ from twbal.io.logs import read_episode
 NOT_RECORDED = ("episodes",)
 
 
-@dataclass(frozen=True)
-class Settings:
-    """See conf/export.yaml."""
-
-    format: str
-
-
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
@@ -39,10 +31,9 @@ def main(cfg: DictConfig) -> None:
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the episodes that `cfg` names as tables into `out`, unless that is done there already."""
-    settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
     step = StageWork("export", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
-    return perform(step, lambda: _export(files, settings.format, out))
+    return perform(step, lambda: _export(files, str(cfg.format), out))
 
 
 def table(episode: Episode) -> pandas.DataFrame:

@@ -1,7 +1,6 @@
 """Learn the correction g, what real episodes differ from the model f."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -13,7 +12,7 @@ from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, episodes_of, has
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.model_state import check_state
-from twbal.cli.typed_config import recorded, typed
+from twbal.cli.typed_config import recorded
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
@@ -25,13 +24,6 @@ from twbal.models.recipe import ModelRecipe
 NOT_RECORDED = ("episodes", "dynamics", "model.fit_f", "model.keep_f_variance")
 
 
-@dataclass(frozen=True)
-class Settings:
-    """See conf/fit_diff_gp.yaml."""
-
-    seed: int
-
-
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
@@ -40,21 +32,22 @@ def main(cfg: DictConfig) -> None:
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn g from the models and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
-    settings = typed(Settings, cfg)
-    bases, files = _bases(cfg.dynamics), episode_files(cfg.episodes)
+    seed, bases, files = int(cfg.seed), _bases(cfg.dynamics), episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
     inputs = {"dynamics": [base for base in bases if base is not None], "episodes": files}
     if len(bases) > 1 and None in bases:
         inputs["no dynamics"] = []
-    step = StageWork("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    step = StageWork("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, seed)
 
     robot = str(cfg.robot.name)
 
     def learn() -> list[Path]:
         before, episodes = [_read(base, channels) for base in bases], episodes_of(files, robot)
         if len(bases) > 1:
-            return fit_likeliest_to_files(bases, before, episodes, files, recipe, settings.seed, out)
-        return [fit_to_file(before[0], episodes, files, recipe, settings.seed, out / MODEL)]
+            return fit_likeliest_to_files(bases, before, episodes, files, recipe, seed, out)
+        learned = recipe.learn_difference(before[0].model, episodes, seed)  # without a simulation the whole dynamics
+        save_model(out / MODEL, SavedModel(learned.model, {**before[0].episodes, "robot": hashes(files)}))
+        return [out / MODEL]
 
     return perform(step, learn)
 
@@ -109,15 +102,3 @@ def fit_likeliest_to_files(
     save_model(out / MODEL, SavedModel(learned.learned.model, used))
     write_record(out / EVIDENCE, evidence)
     return [out / MODEL, out / EVIDENCE]
-
-
-def fit_to_file(
-    before: SavedModel, episodes: Sequence[Episode], files: Sequence[Path], recipe: ModelRecipe, seed: int, path: Path
-) -> Path:
-    """Learn g from the episodes in `files`, given f, and write f and g to `path`, which is returned.
-
-    Without a simulation g is the whole dynamics. See `ModelRecipe.learn_difference`.
-    """
-    learned = recipe.learn_difference(before.model, episodes, seed)
-    save_model(path, SavedModel(learned.model, {**before.episodes, "robot": hashes(files)}))
-    return path

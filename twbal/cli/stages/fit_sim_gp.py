@@ -1,6 +1,5 @@
 """Learn the model f of the simulated robot."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -10,18 +9,11 @@ from twbal.algorithm.model_file import SavedModel, save_model
 from twbal.cli.artefacts import MODEL, episode_files, episodes_of, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
-from twbal.cli.typed_config import recorded, typed
+from twbal.cli.typed_config import recorded
 from twbal.core.channels import Channels
 from twbal.models.recipe import ModelRecipe
 
 NOT_RECORDED = ("episodes", "model.fit_g")
-
-
-@dataclass(frozen=True)
-class Settings:
-    """See conf/fit_sim_gp.yaml."""
-
-    seed: int
 
 
 def main(cfg: DictConfig) -> None:
@@ -32,12 +24,11 @@ def main(cfg: DictConfig) -> None:
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn f from the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
-    settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
-    step = StageWork("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
+    step = StageWork("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, int(cfg.seed))
     robot, path = str(cfg.robot.name), out / MODEL
-    return perform(step, lambda: [fit_to_file(files, robot, channels, recipe, settings.seed, path)])
+    return perform(step, lambda: [fit_to_file(files, robot, channels, recipe, int(cfg.seed), path)])
 
 
 def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:

@@ -13,8 +13,9 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.cli.artefacts import paths_in
 from twbal.cli.commands import text
-from twbal.cli.console import configuration_flags, counted, next_command, print_result, run_folder
+from twbal.cli.console import configuration_flags, next_command, print_result, run_folder, with_progress
 from twbal.cli.imported_before import imported_before
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
@@ -22,6 +23,7 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError, LogError
 from twbal.core.files import file_hash, unused, write_atomically
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.core.text import counted
 from twbal.io.importers.checks.doubt import Doubt
 from twbal.io.importers.conversion import Imported, Wanted, import_file
 from twbal.io.importers.duplicates import duplicated
@@ -52,7 +54,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     if cfg.guess:
-        propose(_files(cfg.files), out, instantiate(cfg.robot))
+        propose(paths_in(cfg.files), out, instantiate(cfg.robot))
         return
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
@@ -60,7 +62,7 @@ def main(cfg: DictConfig) -> None:
     left_out = out / NOT_IMPORTED
     if any(out / made.path == left_out for made in manifest.outputs):
         raise LogError(
-            f"{len(left_out.read_text().splitlines())} of {len(_files(cfg.files))} files were not imported; "
+            f"{len(left_out.read_text().splitlines())} of {len(paths_in(cfg.files))} files were not imported; "
             f"{left_out} says why. The others were, and can be used."
         )
 
@@ -72,7 +74,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         LogError: none of the files can be imported.
     """
     settings = typed(Settings, cfg)
-    files, unreadable = _readable(_files(cfg.files))
+    files, unreadable = _readable(paths_in(cfg.files))
     if not files:
         raise LogError(unreadable[0] if len(unreadable) == 1 else _none_of(unreadable, len(unreadable)))
     robot: RobotParameters = instantiate(cfg.robot)
@@ -177,10 +179,6 @@ def _found_in(out: Path) -> str:
     return f"--config-dir={out}"
 
 
-def _files(given: str | Sequence[str]) -> list[Path]:
-    return [Path(word) for word in ([given] if isinstance(given, str) else given)]
-
-
 def _readable(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
     """The files that can be opened, and a sentence on each of the others."""
     readable, refused = [], []
@@ -270,7 +268,7 @@ def _imported(files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenanc
     """What can be imported of the files, and a sentence on each of the others."""
     found = _Import([], [], [], [])
     names = _names(files)
-    for file, name in zip(counted(files, "files", len(files)), names, strict=True):
+    for file, name in zip(with_progress(files, "files", len(files)), names, strict=True):
         try:
             imported = import_file(file, mapping, wanted, replace(provenance, trial=len(found.episodes)))
         except DataError as error:
@@ -292,7 +290,7 @@ def _imported(files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenanc
 
 def _shown(name: str, chunks: Sequence[int]) -> Iterator[int]:
     """The chunks of a log that is written, with lines of progress where it takes long."""
-    return counted(chunks, f"chunks of {name} written", len(chunks))
+    return with_progress(chunks, f"chunks of {name} written", len(chunks))
 
 
 def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
@@ -306,8 +304,7 @@ def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]
 def _tell(file: Path, imported: Imported) -> None:
     periods = sum(map(len, imported.episodes))
     period = imported.episodes[0].control_period
-    found = len(imported.episodes)
-    recordings = "1 recording" if found == 1 else f"{found} recordings"
+    recordings = counted(len(imported.episodes), "recording")
     print(f"{file}: {recordings}, {periods * period:.3g} s at {1 / period:.4g} Hz")
     for sentence in imported.notes:
         print(f"  {sentence}")

@@ -1,6 +1,5 @@
 """Make a linear-quadratic regulator: of the data sheet, or of a linear model of real episodes."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -9,19 +8,12 @@ from omegaconf import DictConfig
 from twbal.cli.artefacts import POLICY, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
-from twbal.cli.typed_config import recorded, typed
+from twbal.cli.typed_config import recorded
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.search.regulator import regulator_for
 
 NOT_RECORDED = ("episodes",)
-
-
-@dataclass(frozen=True)
-class Settings:
-    """See conf/lqr.yaml."""
-
-    command_width: float
 
 
 def main(cfg: DictConfig) -> None:
@@ -32,14 +24,13 @@ def main(cfg: DictConfig) -> None:
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the regulator that `cfg` asks for to `out`/policy.pt, unless it is there already."""
-    settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes) if cfg.episodes else []
     step = StageWork("lqr", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
 
     def make() -> list[Path]:
         episodes = [read_episode(file) for file in files]
         robot, channels, cost = (instantiate(cfg[part]) for part in ("robot", "state", "cost"))
-        made = regulator_for(robot, channels, cost, settings.command_width, episodes, say)
+        made = regulator_for(robot, channels, cost, float(cfg.command_width), episodes, say)
         save_checkpoint(out / POLICY, "policy", made.to_payload())
         return [out / POLICY]
 

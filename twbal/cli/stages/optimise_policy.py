@@ -11,7 +11,7 @@ from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.model_file import load_model
 from twbal.algorithm.policy_search import PolicySearch, recalibrated
 from twbal.algorithm.prediction import load_prediction, prediction_of, save_prediction
-from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes
+from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes, paths_in
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest, StageWork, perform
@@ -51,7 +51,7 @@ def main(cfg: DictConfig) -> float:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
-    dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.initial_policies)
+    dynamics, earlier = paths_in(cfg.dynamics), paths_in(cfg.initial_policies)
     calibration_episodes = episode_files(cfg.calibration_episodes) if cfg.calibration_episodes else []
     if calibration_episodes and (settings.optimise or len(earlier) != 1):
         raise ConfigError(
@@ -70,10 +70,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         inputs |= {name: files} if files else {}
     step = StageWork("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, known, settings, out))
-
-
-def _paths(given: str | Sequence[str]) -> list[Path]:
-    return [Path(path) for path in ([given] if isinstance(given, str) else given)]
 
 
 def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:

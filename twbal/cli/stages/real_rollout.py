@@ -14,7 +14,7 @@ from twbal.algorithm.collection import explored
 from twbal.algorithm.following import CourseRecord, floor_needed, followed
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
-from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash, read_logs
+from twbal.cli.artefacts import COURSE, driven_robot, episode_file, policy_files, read_logs
 from twbal.cli.console import gently, next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
@@ -47,7 +47,7 @@ from twbal.core.errors import ConfigError, DataError
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
-from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.core.robot_parameters import RobotParameters
 from twbal.core.yielding import yields_to_pushes
 from twbal.diagnosis.usability import FEW_DATA, Amount, enough_for_diagnosis
 from twbal.embedded.board_export import HEADER
@@ -142,14 +142,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     if isinstance(policy, Excitation):
         say(floor_of_excitation(policy, settings.steps * robot.control_period))
     policy = explored(policy, settings, robot.torque_limit)
-    provenance = Provenance(
-        robot=robot.name,
-        source="robot",
-        parameter_hash=parameter_hash(robot),
-        policy_hash=policy_hash(cfg.policy),
-        seed=settings.seed,
-        config=recorded(cfg, NOT_IN_EPISODES),
-    )
+    provenance = driven_robot(robot, cfg.policy, settings.seed, recorded(cfg, NOT_IN_EPISODES))
     inputs = {"policy": policy_files(cfg.policy)}
     step = StageWork("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None

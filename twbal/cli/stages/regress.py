@@ -11,7 +11,7 @@ from omegaconf import DictConfig
 
 from twbal import __version__
 from twbal.algorithm.model_file import load_model
-from twbal.cli.console import counted, run_folder
+from twbal.cli.console import run_folder, with_progress
 from twbal.cli.regression.baseline import Tolerance, compare, junit, table, updated
 from twbal.cli.regression.measures import (
     Measures,
@@ -134,7 +134,7 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
             partial(place_measures, keeper, placed, robot, instantiate(cfg.success)),
         )
     found: Measures = {}
-    for part in counted(parts, "parts", len(parts)):
+    for part in with_progress(parts, "parts", len(parts)):
         found |= part()
     bad = [name for name, value in found.items() if isinstance(value, float) and not math.isfinite(value)]
     if bad:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
+from twbal.cli.artefacts import paths_in
 from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded
@@ -31,8 +32,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def _logs(given: str | Sequence[str]) -> list[Path]:
     """The logs, and those in the folders; unfinished ones that a killed process left are looked for too."""
     found: list[Path] = []
-    for word in [given] if isinstance(given, str) else given:
-        path = Path(word)
+    for path in paths_in(given):
         inside = sorted([*path.rglob("*.mcap"), *path.rglob(".*.mcap.*.partial")]) if path.is_dir() else [path]
         found.extend(inside)
     if not found:

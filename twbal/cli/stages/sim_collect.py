@@ -10,7 +10,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
-from twbal.cli.console import counted, next_command, print_result, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say, with_progress
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.simulation_config import simulation_of
@@ -65,7 +65,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     )
     episodes = simulate(simulation, policy, instantiate(cfg.state), rollouts, provenance, settings.workers)
     step = StageWork("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
-    return perform(step, lambda: _write(counted(episodes, "rollouts", settings.rollouts), out / "episodes"))
+    return perform(step, lambda: _write(with_progress(episodes, "rollouts", settings.rollouts), out / "episodes"))
 
 
 def _write(episodes: Iterable[Episode], folder: Path) -> list[Path]:

@@ -15,6 +15,7 @@ from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.smoothed_derivatives import noise_sd
+from twbal.core.text import counted
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
@@ -102,8 +103,9 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         trial = replace(provenance, trial=provenance.trial + len(episodes))
         episodes.append(_episode(rest, period.of(every, wanted.period), every, mapping, wanted.channels, trial))
     if short:
-        which = "1 part without a gap" if len(short) == 1 else f"{len(short)} parts without a gap"
-        notes.append(f"{which} of at most {max(short)} samples: too short, left out")
+        notes.append(
+            f"{counted(len(short), 'part')} without a gap of at most {max(short)} samples: too short, left out"
+        )
     if not episodes:
         raise LogError(
             f"{path} has no recording of {wanted.min_length} samples without a gap: {'; '.join(notes)}. "
@@ -192,8 +194,8 @@ def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
         raise LogError(f"{path} has no row with a number in each of the mapping's columns: {why}.")
     first = columns.lines[np.argmin(good)]
     count = int((~good).sum())
-    rows, are = ("1 row", "is") if count == 1 else (f"{count} rows", "are")
-    what = f"{rows} with an empty field, NaN, infinity or more than {_LARGEST:g} {are} left out"
+    are = "is" if count == 1 else "are"
+    what = f"{counted(count, 'row')} with an empty field, NaN, infinity or more than {_LARGEST:g} {are} left out"
     kept = columns._replace(values=columns.values[good], lines=columns.lines[good], rows=columns.rows[good])
     return kept, [f"{what}, the first in {columns.row} {first}"]
 

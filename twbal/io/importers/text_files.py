@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
+from twbal.core.text import counted
 from twbal.io.importers.columns import Columns, Name, places
 from twbal.io.importers.fields import MISSING, is_number, seconds_of
 from twbal.io.importers.text_layout import (
@@ -83,8 +84,7 @@ def _notes(rows: _Rows, layout: TextLayout) -> list[str]:
     """What was odd about the lines of a text."""
     notes = []
     if layout.before:
-        what = "1 line" if layout.before == 1 else f"{layout.before} lines"
-        notes.append(f"{what} before its columns begin: left out")
+        notes.append(f"{counted(layout.before, 'line')} before its columns begin: left out")
     if rows.again:
         notes.append(f"its header comes again, first in line {rows.again[0] + 1}: left out")
     if rows.torn:
@@ -179,8 +179,6 @@ def _numbers(
             texts = _parse(lines, layout, sorted(set(where)), str)
             read = {k: _column(path, texts, k, layout, rows, notes) for k in texts}
             values = np.column_stack([read[k] for k in where])
-    except LogError:
-        raise
     except (ValueError, OverflowError) as error:
         raise LogError(f"{path} cannot be read: {str(error).strip()}.") from error
     if len(values) != len(lines):

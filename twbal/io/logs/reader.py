@@ -11,9 +11,9 @@ from twbal.core.episode import Episode, Event, Outcome
 from twbal.core.errors import DataError, LogError
 from twbal.core.files import read_bounded
 from twbal.io.logs.contents import Contents
-from twbal.io.logs.metadata import METADATA_NAME
+from twbal.io.logs.metadata import METADATA_NAME, Description
 from twbal.io.logs.records import MAGIC
-from twbal.io.logs.rows import table_of
+from twbal.io.logs.rows import observations_of
 
 _LARGEST = 2**32  # bytes of a file
 
@@ -39,17 +39,13 @@ def read_episode(path: Path) -> Episode:
         LogError: the file is missing, not MCAP, cut, damaged, foreign, of another schema version, or holds a sample
             that cannot be used.
     """
-    data = _load(path)
-    contents = _contents(path, data)
-    damage = _damage(data, contents)
-    if contents.description is None:
-        raise LogError(_without_episode(path, contents, damage))
+    contents, description, damage = _opened(path)
     if damage:
-        good, samples = _complete_samples(contents), contents.description.samples
+        good, samples = _complete_samples(contents), description.samples
         advice = "`twbal repair` saves those" if good else "take a copy, or record it again"
         raise LogError(f"Log {path} {damage}. {good} of its {samples} samples are complete; {advice}.")
     _check_complete(path, contents)
-    return _episode(path, contents, contents.description.samples)
+    return _episode(path, contents, description.samples)
 
 
 def recover_episode(path: Path) -> Recovered:
@@ -58,12 +54,8 @@ def recover_episode(path: Path) -> Recovered:
     Raises:
         LogError: the file is missing, foreign, of another schema version, or has no complete sample.
     """
-    data = _load(path)
-    contents = _contents(path, data)
-    damage = _damage(data, contents)
-    if contents.description is None:
-        raise LogError(_without_episode(path, contents, damage))
-    good, samples = _complete_samples(contents), contents.description.samples
+    contents, description, damage = _opened(path)
+    good, samples = _complete_samples(contents), description.samples
     if good < 1:
         raise LogError(f"Log {path} {damage or 'is empty'}. None of its {samples} samples is complete; take a copy.")
     episode = _episode(path, contents, good)
@@ -121,11 +113,17 @@ def _load(path: Path) -> bytes:
     return data
 
 
-def _contents(path: Path, data: bytes) -> Contents:
+def _opened(path: Path) -> tuple[Contents, Description, str]:
+    """What is in a log, what it says of its episode, and what is wrong with its bytes; see `_damage`."""
+    data = _load(path)
     try:
-        return Contents(data)
+        contents = Contents(data)
     except DataError as error:
         raise LogError(f"Log {path} {error}.") from error
+    damage = _damage(data, contents)
+    if contents.description is None:
+        raise LogError(_without_episode(path, contents, damage))
+    return contents, contents.description, damage
 
 
 def _damage(data: bytes, contents: Contents) -> str:
@@ -181,15 +179,14 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
     assert found is not None
     columns = contents.columns
     seen = np.hstack([columns["/imu"][:samples], columns["/wheels"][:samples]])
-    table = table_of(seen, columns["/state"][:samples], columns["/command"][: samples - 1])
     poses, references, headings = (columns.get(topic) for topic in ("/pose", "/reference", "/heading"))
     try:
         return Episode(
             channels=found.channels,
             control_period=found.control_period,
-            observations=table.observations,
-            states=table.states,
-            commands=table.commands,
+            observations=observations_of(seen),
+            states=columns["/state"][:samples],
+            commands=columns["/command"][: samples - 1, 0],
             outcome=found.outcome,
             provenance=replace(found.provenance, config=contents.config),
             events=contents.events,

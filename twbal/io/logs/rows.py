@@ -1,7 +1,5 @@
 """An episode as one table of numbers, a row for each sample, in the order of the log's fields."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from twbal.core.episode import Episode
@@ -9,20 +7,6 @@ from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 
 _SEEN = ("time", "tilt", "tilt_rate", "acceleration", "yaw_rate", "wheel_angle", "wheel_rate")  # /imu, then /wheels
-
-
-class EpisodeRows(NamedTuple):
-    """The numbers of an episode.
-
-    Attributes:
-        observations: (T + 1, 7).
-        states: (T + 1, D).
-        commands: (T,).
-    """
-
-    observations: Array
-    states: Array
-    commands: Array
 
 
 def columns_of(episode: Episode) -> Array:
@@ -36,12 +20,6 @@ def columns_of(episode: Episode) -> Array:
     return np.column_stack([seen, episode.states, *optional, np.append(episode.commands, np.nan)])
 
 
-def table_of(seen: Array, states: Array, commands: Array) -> EpisodeRows:
-    """The way back.
-
-    Args:
-        seen: (T + 1, 7), the columns of /imu and /wheels.
-        states: (T + 1, D).
-        commands: (T, 1).
-    """
-    return EpisodeRows(seen[:, [_SEEN.index(name) for name in Observation._fields]], states, commands[:, 0])
+def observations_of(seen: Array) -> Array:
+    """(T + 1, 7) in the order of `Observation`, from the columns of /imu and /wheels, (T + 1, 7)."""
+    return seen[:, [_SEEN.index(name) for name in Observation._fields]]
