@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from twbal.core.errors import ConfigError
-from twbal.search.starts import PolicyParametrisation, linear_policy, starting_policies
+from twbal.policies.linear import LinearPolicy
+from twbal.search.starts import PolicyParametrisation, linear_policy, starting_policies, starts_on
 
 SCALE = {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}
 NAMES = ("tilt", "tilt_rate", "speed", "command_1")
@@ -95,3 +96,12 @@ def test_a_model_that_no_regulator_holds_still_has_starts(make_system, starts_of
     model.f.weights[:] = np.nan
     starts = starts_of(model, shape(True))
     assert [s.origin for s in starts] == ["random"]
+
+
+def test_a_network_on_top_of_a_regulator_keeps_its_constant():
+    """That of an identified regulator holds a robot whose centre of mass is off; without it the robot would fall."""
+    base = LinearPolicy(NAMES, -GAIN, 1.5, 20.0)
+    starts = starts_on(base, NAMES, shape(True, weight_sd=0.0), 20.0, (), np.random.default_rng(0))
+    states = 0.02 * np.random.default_rng(1).standard_normal((100, 4)) * [0.15, 0.8, 0.5, 8.0]
+    for start in starts:
+        np.testing.assert_allclose(start.policy.command(states), base.command(states), atol=0.03)

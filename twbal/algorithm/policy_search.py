@@ -92,7 +92,7 @@ class PolicySearch:
             earlier=earlier,
             progress=progress,
             workers=self.workers or cores(),
-            base=None if base is None else base.gain,
+            base=base,
             are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
             set_aside=self.set_aside,
         )

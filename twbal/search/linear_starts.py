@@ -11,7 +11,7 @@ from twbal.planar.linearised import DelayedModel
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.squash import COMPENSATION_WIDTH, NARROWEST, WIDEST
 
-_SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
+SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
 
 
 def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Array]:
@@ -96,7 +96,7 @@ def linear_law(
         compensation_tilt: that moves the activation by the compensation's width (`squash`) [rad]; None: the width of
             policies that do not tell theirs.
     """
-    slope = _SQUASH_SLOPE * (1.0 - compensation) * torque_limit
+    slope = SQUASH_SLOPE * (1.0 - compensation) * torque_limit
     by_tilt = float(gain[channels.index("tilt")] / slope) if "tilt" in channels else 0.0
     width = COMPENSATION_WIDTH if compensation_tilt is None else abs(by_tilt) * compensation_tilt
     return RbfPolicy(

@@ -10,6 +10,7 @@ from twbal.core.errors import SearchError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
 from twbal.core.threads import in_threads
+from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
 from twbal.search.predicted_rollout import PredictedRollout
@@ -57,7 +58,7 @@ def search_policy(
     earlier: Sequence[RbfPolicy],
     progress: Callable[[str], None],
     workers: int = 1,
-    base: Array | None = None,
+    base: LinearPolicy | None = None,
     are_robots_new: bool = True,
     set_aside: Sequence[int] = (),
 ) -> SearchResult:
@@ -76,7 +77,7 @@ def search_policy(
         earlier: policies of earlier iterations, oldest first.
         progress: is told what is being done, a line at a time.
         workers: threads that search, and as many that judge meanwhile; what is found does not depend on it.
-        base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
+        base: fixed regulator, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
         set_aside: indices of earlier policies that are no candidates, and from which no search begins.
 
@@ -186,7 +187,11 @@ def _loses_robots(robots: SampledRobots, start: RbfPolicy, found: RbfPolicy) -> 
 
 
 def _starts(
-    task: Task, shape: PolicyParametrisation, torque_limit: float, earlier: Sequence[RbfPolicy], base: Array | None
+    task: Task,
+    shape: PolicyParametrisation,
+    torque_limit: float,
+    earlier: Sequence[RbfPolicy],
+    base: LinearPolicy | None,
 ) -> list[Start]:
     rng = generator(Stream.SEARCH_STARTS, task.seed)
     if base is None:

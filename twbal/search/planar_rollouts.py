@@ -219,7 +219,7 @@ def _rollout(  # type: ignore[no-untyped-def]
     used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
     tilt, rate, wheel, wheel_rate = sense(p, Reading(start[0], start[1], 0.0, start[2] / k.radius - start[1]), 0.0)
     turning = wheel_rate  # as it is; `wheel_rate` is what is measured
-    # What a state shows goes by the wheels' radius of the data sheet, as that of a robot does: its own one it knows not.
+    # A state goes by the wheels' radius of the data sheet: a robot does not know its own.
     origin, position, integral, speed = 0.0, 0.0, 0.0, p.wheel_radius / k.radius * start[2]
     astray, axle = 0.0, start[2]  # error of a tilt that takes speeding up for leaning [rad]; true speed of the axle
     for step in range(steps + 1):

@@ -10,8 +10,9 @@ import numpy as np
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
+from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear_starts import linear_law, regulator, slopes
+from twbal.search.linear_starts import SQUASH_SLOPE, linear_law, regulator, slopes
 from twbal.search.robust import RankedPolicy
 from twbal.search.task import Task
 
@@ -171,17 +172,17 @@ def starting_policies(
 
 
 def starts_on(
-    gain: Array,
+    base: LinearPolicy,
     names: Sequence[str],
     shape: PolicyParametrisation,
     torque_limit: float,
     earlier: Sequence[RbfPolicy],
     rng: np.random.Generator,
 ) -> list[Start]:
-    """Starts of a search for a network on top of the regulator u = -Kx: random ones, and earlier policies.
+    """Starts of a search for a network on top of the regulator u = u_0 - Kx: random ones, and earlier policies.
 
     Args:
-        gain: K (D,) [N·m / unit of each channel].
+        base: the regulator.
         names: of the channels.
         shape: of the network.
         torque_limit: [N·m].
@@ -189,8 +190,9 @@ def starts_on(
         rng: draws the networks.
     """
     beside = replace(shape, linear=True)
-    networks = [linear_policy(beside, names, torque_limit, gain, rng) for _ in range(_NETWORKS)]
+    networks = [linear_policy(beside, names, torque_limit, base.gain, rng) for _ in range(_NETWORKS)]
+    bias = base.bias / (SQUASH_SLOPE * torque_limit)
     return [
-        *(Start("network", policy, Family(StartKind.RANDOM)) for policy in networks),
+        *(Start("network", replace(policy, bias=bias), Family(StartKind.RANDOM)) for policy in networks),
         *(Start(f"policy {i} x 1", policy, Family(StartKind.EARLIER, i)) for i, policy in enumerate(earlier)),
     ]

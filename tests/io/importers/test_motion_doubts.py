@@ -13,7 +13,7 @@ COUNT = 50
 
 def regressed(*coefficients_and_widths, explained=0.9):
     coefficients, widths = np.array(coefficients_and_widths).T
-    return Regression(coefficients, widths, explained, np.zeros(COUNT))
+    return Regression(coefficients, widths, 0.5 * widths, explained, np.zeros(COUNT))
 
 
 def doubts(robot, share, half):
