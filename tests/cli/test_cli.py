@@ -92,6 +92,7 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
             "robot has no choice 'papr' (did you mean 'paper'?). The choices are: balboa, esp32, lego",
         ),
         ("rollouts", "'rollouts' is not an override; expected key=value"),
+        ("=3", "A word that begins with = is not an override; expected key=value"),
         ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : ( ) [ ] { } in quotes"),
         ("hydra.run.dir=Läufe", "with any of = , : ( ) [ ] { }, or with letters such as ä, in quotes"),
         ("hydra.run.dir=", "hydra.run.dir= names no folder. Is a variable of the shell empty?"),

@@ -86,6 +86,8 @@ def invalid_defaults(error: ValueError) -> ConfigError | None:
     *_, (last, _) = traceback.walk_tb(error.__traceback__)
     if not last.f_globals["__name__"].startswith("hydra."):
         return None
+    if str(error).startswith("Config group override must be a string"):  # `=3` on the command line
+        return ConfigError("A word that begins with = is not an override; expected key=value, without blanks about =.")
     return ConfigError(f"A yaml file of the configuration cannot be read: {error}. {_DEFAULTS}")
 
 
