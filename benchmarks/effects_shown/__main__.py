@@ -122,7 +122,7 @@ def main(words: Sequence[str]) -> None:
     places = Places(Path(settings.pop("root", "outputs/bench/other_robots")), Path(), "shown", ())
     results = Path(settings.pop("results", "benchmarks/results/effects_shown.json"))
     if settings:
-        raise SystemExit(__doc__)
+        raise SystemExit(f"unknown settings: {', '.join(settings)}\n\n{__doc__}")
     rows = []
     for each in sets(strata, seeds):
         rows.append(shown(each, places))
