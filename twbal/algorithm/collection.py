@@ -5,6 +5,7 @@ import math
 import multiprocessing
 import os
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -138,6 +139,7 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
 
 def _end_with(parent: int) -> None:
     """Let this process be killed when its parent ends: nobody would tell it that there is no more work."""
-    ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
+    if sys.platform == "linux":  # others know no such signal
+        ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
     if os.getppid() != parent:  # it has ended already
         os._exit(1)
