@@ -77,7 +77,7 @@ def _identify_to_files(
 
 
 def doubts_of(episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters) -> list[str]:
-    """A sentence for each episode of which not all is used, that turns (which is left out), or whose commands are cut."""
+    """A sentence for each episode of which not all is used, that turns (this is left out), or with cut commands."""
     usability = Usability(SHORTEST, 0, float("inf"), FALLEN)
     columns = Observation._fields.index("tilt"), Observation._fields.index("yaw_rate")
     read, turning = list[str](), list[str]()
