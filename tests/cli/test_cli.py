@@ -93,6 +93,15 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
         ),
         ("rollouts", "'rollouts' is not an override; expected key=value"),
         ("=3", "A word that begins with = is not an override; expected key=value"),
+        ("robot=null", "robot is a group, of which a choice is taken by its name; found is robot=null."),
+        ("state=[rolling,tilt]", "state has no choice 'tilt'. The choices are: default, paper, rolling."),
+        (
+            "+rolouts=3",
+            "has no setting 'rolouts', and none of its settings refers to it as ${rolouts}. Is rollouts meant",
+        ),
+        ("seed='3'", "sim-collect cannot have seed='3'; expected a whole number"),
+        ("seed=${sede}", "seed refers to ${sede}, which the configuration does not have."),
+        ("~seed", "sim-collect reads seed, which the configuration does not have. Was it taken away by ~seed"),
         ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : ( ) [ ] { } in quotes"),
         ("hydra.run.dir=Läufe", "with any of = , : ( ) [ ] { }, or with letters such as ä, in quotes"),
         ("hydra.run.dir=", "hydra.run.dir= names no folder. Is a variable of the shell empty?"),
@@ -157,6 +166,23 @@ def test_overrides_may_stand_on_either_side_of_a_flag(stage, words):
     stage.main = lambda cfg: seen.append((cfg.rollouts, cfg.seed, cfg.steps))
     assert main(["sim-collect", *words]) == 0
     assert seen == [(3, 1, 4), (3, 2, 4)]
+
+
+def test_an_own_setting_may_be_added_for_others_to_refer_to(stage):
+    seen = []
+    stage.main = lambda cfg: seen.append(cfg.rollouts + cfg.steps)
+    assert main(["sim-collect", "+both=7", "rollouts=${both}", "steps=${both}"]) == 0
+    assert seen == [14]
+
+
+def test_settings_are_shown_with_their_references_resolved(capsys):
+    assert main(["optimise-policy", "--cfg", "job", "--resolve", "--package", "state"]) == 0
+    assert "- position_integral" in capsys.readouterr().out
+
+
+def test_two_flags_that_exclude_each_other_are_named(capsys):
+    assert main(["sim-collect", "-m", "seed=1,2", "--cfg", "job"]) == 1
+    assert only_error(capsys).startswith("Only one of -m (--multirun), --run, --cfg, --info and --shell-completion can")
 
 
 def test_the_value_of_a_flag_stays_with_it(capsys):

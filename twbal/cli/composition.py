@@ -19,7 +19,7 @@ from typing import Any, Self
 import yaml
 from hydra import initialize_config_dir
 from hydra.core.config_store import ConfigNode, ConfigStore
-from omegaconf import OmegaConf
+from omegaconf import ListConfig, OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.settings.kinds import names_files
@@ -168,14 +168,15 @@ def _falling_time(mass: float, height: float, inertia: float) -> float:
 _PAPER_RADIUS, _PAPER_FALLING_TIME = 0.15, _falling_time(10.0, 0.3, 0.319)
 
 
-def place_state(control_period: float, memory: float) -> list[str]:
+def place_state(control_period: float, memory: float) -> ListConfig:
     """The channels of a state that keeps a place, with as many past commands as `memory` [s] holds, from 2 to 9.
 
-    `${place_state:${robot.control_period},0.04}` in yaml.
+    `${place_state:${robot.control_period},0.04}` in yaml. OmegaConf cannot put a plain list in the place of that word,
+    as `--cfg job --resolve` does.
     """
     past = min(max(ceil(memory / control_period - 1e-9), 2), 9)
     commands = [f"command_{k + 1}" for k in range(past)]
-    return ["tilt", "tilt_rate", "speed", *commands, "position", "position_integral"]
+    return ListConfig(["tilt", "tilt_rate", "speed", *commands, "position", "position_integral"])
 
 
 OmegaConf.register_new_resolver("place_state", place_state, replace=True)

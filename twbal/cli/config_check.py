@@ -1,5 +1,6 @@
 """Refuses a configuration that cannot be right before anything runs."""
 
+import difflib
 import json
 from collections.abc import Mapping
 from typing import Any
@@ -8,7 +9,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli.settings.lookup import is_known, leaves
+from twbal.cli.settings.lookup import Table, is_known, leaves
 from twbal.cli.settings.validate import check
 from twbal.core.errors import ConfigError
 
@@ -31,6 +32,26 @@ _built: set[tuple[str, str]] = set()
 
 _FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
 """Stages that find a physics step which divides the control period of the logs."""
+
+
+def refuse_unread(cfg: DictConfig, stage: str) -> None:
+    """Refuse a part of the configuration, as `+sede=3` adds it, that neither the stage nor a setting of it refers to.
+
+    Args:
+        cfg: of the stage.
+        stage: its name on the command line.
+
+    Raises:
+        ConfigError: there is one.
+    """
+    table, names = Table(stage, {}), [str(name) for name in cfg if name != "hydra"]
+    for name in names:
+        if not table.row(name) and not table.has_parts(name) and f"${{{name}" not in OmegaConf.to_yaml(cfg):
+            near = difflib.get_close_matches(name, [other for other in names if other != name], n=1)
+            guess = f" Is {near[0]} meant?" if near else ""
+            raise ConfigError(
+                f"{stage} has no setting {name!r}, and none of its settings refers to it as ${{{name}}}.{guess}"
+            )
 
 
 def check_configuration(cfg: DictConfig, stage: str) -> None:

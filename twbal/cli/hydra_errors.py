@@ -9,6 +9,7 @@ from pathlib import Path
 
 import yaml
 from hydra import compose
+from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
 from hydra.utils import get_object
 from omegaconf import OmegaConf
@@ -59,6 +60,9 @@ def explained(error: Exception, stage: str, in_python: bool = False) -> TwbalErr
     unknown = re.match(r"Could not (?:override|delete from config\.) '([^']+)'", str(error))
     if unknown:
         return ConfigError(_no_such_key(unknown.group(1), stage, in_python))
+    gone = re.match(r"Key '([^']+)' is not in struct|Interpolation key '([^']+)' not found", str(error))
+    if gone:
+        return ConfigError(_gone(gone.group(1) or gone.group(2), error, stage))
     return ConfigError(_plain(error))
 
 
@@ -81,13 +85,29 @@ def unreadable_yaml(error: yaml.YAMLError | UnicodeDecodeError) -> ConfigError:
     )
 
 
-def invalid_defaults(error: ValueError) -> ConfigError | None:
-    """What Hydra cannot read of a yaml's list `defaults`; None where the error is none of Hydra's."""
+def refused_by_hydra(error: ValueError, words: Sequence[str]) -> ConfigError | None:
+    """What Hydra cannot read of words, or of a yaml's list `defaults`; None where the error is none of Hydra's.
+
+    Args:
+        error: that came out of Hydra.
+        words: overrides and flags of the command line.
+    """
     *_, (last, _) = traceback.walk_tb(error.__traceback__)
     if not last.f_globals["__name__"].startswith("hydra."):
         return None
-    if str(error).startswith("Config group override must be a string"):  # `=3` on the command line
-        return ConfigError("A word that begins with = is not an override; expected key=value, without blanks about =.")
+    if str(error).startswith("Only one of --run"):
+        return ConfigError(
+            "Only one of -m (--multirun), --run, --cfg, --info and --shell-completion can be given: leave out the "
+            "others. For the settings of one job of a sweep give --cfg with the values of that job."
+        )
+    if str(error).startswith("Config group override must be a string"):
+        if any(word.startswith("=") for word in words):
+            return ConfigError(
+                "A word that begins with = is not an override; expected key=value, without blanks about =."
+            )
+        override = last.f_locals.get("override")
+        group, found = (override.key_or_group, override.input_line) if override else ("A group", "a word")
+        return ConfigError(f"{group} is a group, of which a choice is taken by its name; found is {found}.")
     return ConfigError(f"A yaml file of the configuration cannot be read: {error}. {_DEFAULTS}")
 
 
@@ -101,6 +121,7 @@ def _own_cause(error: BaseException) -> TwbalError | None:
 
 def _no_such_choice(error: MissingConfigException, in_python: bool) -> str:
     group, _, choice = (error.missing_cfg_file or "").rpartition("/")
+    error.options = error.options or _choices_of(group)  # Hydra has none where several were chosen: group=[a,b]
     if not group or not error.options:
         return _line(error, 0)
     now = CHOICES.get(group, {}).get(choice)
@@ -119,6 +140,12 @@ def _no_such_choice(error: MissingConfigException, in_python: bool) -> str:
         f"{group} has no choice {choice!r}{_guess(choice, error.options)}. "
         f"The choices are: {', '.join(error.options)}.{more}"
     )
+
+
+def _choices_of(group: str) -> list[str]:
+    """All choices of a group of twbal's; none where it has no such group."""
+    with composing():
+        return GlobalHydra.instance().config_loader().get_group_options(group) if group else []
 
 
 def _of_folder(group: str, choice: str, folder: str, in_python: bool) -> str:
@@ -175,6 +202,13 @@ def _no_such_key(key: str, stage: str, in_python: bool) -> str:
     top = ", ".join(str(name) for name in cfg)
     guess = _guess(key, known)
     return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; {_shown(stage, in_python)} shows all."
+
+
+def _gone(key: str, error: Exception, stage: str) -> str:
+    """What is said of a setting that another one refers to or a stage reads, and that is not there."""
+    place = getattr(error, "full_key", None) or ""
+    by = f"{place} refers to ${{{key}}}" if str(error).startswith("Interpolation") else f"{stage} reads {place or key}"
+    return f"{by}, which the configuration does not have. Was it taken away by ~{key}, or is it misspelt?"
 
 
 def _shown(stage: str, in_python: bool) -> str:

@@ -13,7 +13,7 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
-from twbal.cli.hydra_errors import explained, invalid_defaults, unreadable_yaml
+from twbal.cli.hydra_errors import explained, refused_by_hydra, unreadable_yaml
 from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated, with_job_folders
@@ -57,7 +57,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     except (yaml.YAMLError, UnicodeDecodeError) as error:  # not of the stage, whose errors are in a StageFailed
         raise unreadable_yaml(error) from error
     except ValueError as error:
-        refused = invalid_defaults(error)
+        refused = refused_by_hydra(error, words)
         if refused is None:
             raise
         raise refused from error

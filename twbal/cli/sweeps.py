@@ -27,7 +27,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import refuse_experiment_of_another_stage, text
-from twbal.cli.config_check import check_configuration
+from twbal.cli.config_check import check_configuration, refuse_unread
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sweep_results import FAILURE, job_lines
 from twbal.core.errors import SweepError, TwbalError
@@ -142,6 +142,7 @@ class Job:
         sweeps = hydra.mode == RunMode.MULTIRUN
         try:
             refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
+            refuse_unread(cfg, self._stage)
             if sweeps or _CHECKED_BY not in hydra.callbacks:  # a single run was checked as it began
                 check_configuration(cfg, self._stage)
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.

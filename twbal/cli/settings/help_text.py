@@ -1,5 +1,6 @@
 """The table of settings as text: what `--help` shows of a stage's configuration."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import groupby
@@ -20,6 +21,8 @@ _FILES = {
     "sim": "or what diagnose or identify wrote: <file>.yaml, <run folder>",
 }
 _LONGEST_VALUE = 32
+_OTHER_THAN_TEXT = re.compile(r"[+-]?(\d+\.?\d*(e[+-]?\d+)?|\.\d+(e[+-]?\d+)?|nan|inf)|true|false|null", re.IGNORECASE)
+"""What is text in quotes only."""
 _INDENT, _GAP = 2, 2
 _NARROWEST_WORD, _WIDEST_WORD = 26, 46
 
@@ -106,6 +109,8 @@ def shown(value: Any, longest: int = _LONGEST_VALUE) -> str:
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, list):
         text = f"[{','.join(shown(each, longest) for each in value)}]"
+    elif isinstance(value, str) and (not value.strip() or _OTHER_THAN_TEXT.fullmatch(value)):
+        text = f"'{value.strip()}'"
     else:
-        text = " ".join(str(value).split()) or "''"
+        text = " ".join(str(value).split())
     return text if len(text) <= longest else f"{text[: longest - 3]}..."
