@@ -59,6 +59,14 @@ def test_dots_are_where_the_values_are():
     assert panel.get_ylim()[0] < 0.0 and min(numbers(panel)) == 0.0
 
 
+def test_a_median_hides_no_dot():
+    panel = drawn({"all": runs(cost=(1.0,)), "other": runs(cost=(1.0, 1.0, 1.0))}, "cost")
+    dots = [line for line in panel.lines if line.get_marker() == "o"]
+    medians = [line for line in panel.lines if line.get_color() == PREDICTED.light]
+    assert len(dots) == len(medians) == 2
+    assert min(line.get_zorder() for line in dots) > max(line.get_zorder() for line in medians)
+
+
 def test_a_panel_without_a_value_says_why():
     panel = drawn({"all": runs(crps_ratio=(math.nan, math.nan))}, "crps_ratio")
     (text,) = panel.texts

@@ -163,16 +163,16 @@ def test_figures_that_a_page_scales_to_its_width_keep_fonts_of_about_one_size():
     assert max(widths) < 1.3 * min(widths)
 
 
-def test_gaps_are_drawn_in_degrees_over_milliseconds():
+def test_gaps_are_drawn_in_the_units_of_the_table_beside_them_over_milliseconds():
     gaps = [Gap("tilt", h, 0.1 * h, 0.08 * h, 0.02 * h, 0.01 * h, 0.9, 0.01 * h, -3.0) for h in (0.1, 0.2)]
     (panel,) = gap_figure(gaps, {"tilt": "rad"}, "with what was named").axes
     before, refitted, after, floor = panel.lines
     np.testing.assert_allclose(before.get_xdata(), [100.0, 200.0])
-    np.testing.assert_allclose(before.get_ydata(), np.degrees([0.01, 0.02]))
-    np.testing.assert_allclose(after.get_ydata(), np.degrees([0.002, 0.004]))
-    assert refitted.get_ydata()[1] == pytest.approx(np.degrees(0.016))
-    assert floor.get_ydata()[1] == pytest.approx(np.degrees(0.002))
-    assert "°" in panel.get_ylabel()
+    np.testing.assert_allclose(before.get_ydata(), [0.01, 0.02])
+    np.testing.assert_allclose(after.get_ydata(), [0.002, 0.004])
+    assert refitted.get_ydata()[1] == pytest.approx(0.016)
+    assert floor.get_ydata()[1] == pytest.approx(0.002)
+    assert panel.get_ylabel() == "error of tilt [rad]"
     assert panel.get_yscale() == "log"  # small errors can be told from each other beside large ones
 
 
@@ -194,13 +194,49 @@ def test_the_floor_is_drawn_where_it_is_and_nothing_is_drawn_twice():
     gaps = [Gap("tilt", h, 0.1 * h, 0.02 * h, 0.02 * h, 0.02 * h, 1.0, 0.03 * h, -3.0) for h in (0.1, 0.2)]
     (panel,) = gap_figure(gaps, {"tilt": "rad"}, None).axes
     assert [line.get_label() for line in panel.lines] == ["data sheet", "data sheet refitted", "sensor noise alone"]
-    assert panel.lines[-1].get_ydata()[1] == pytest.approx(np.degrees(0.006))
+    assert panel.lines[-1].get_ydata()[1] == pytest.approx(0.006)
 
 
-def test_whiteness_stands_before_beside_after():
-    (panel,) = whiteness_figure([Whiteness("tilt", 20.0, 1.2), Whiteness("tilt_rate", 8.0, 1.1)], None).axes
-    assert [bar.get_height() for bar in panel.patches] == [20.0, 8.0, 1.2, 1.1]
+def test_whiteness_stands_before_beside_after_and_begins_at_that_of_white_residuals():
+    """On a logarithmic axis a bar from its lower end would be long or short by where that end is."""
+    (panel,) = whiteness_figure([Whiteness("tilt", 20.0, 1.2), Whiteness("tilt_rate", 8.0, 0.1)], None).axes
     assert panel.get_yscale() == "log"
+    assert {bar.get_y() for bar in panel.patches} == {1.0}
+    ends = [bar.get_y() + bar.get_height() for bar in panel.patches]
+    np.testing.assert_allclose(ends, [20.0, 8.0, 1.2, 0.1])
+    assert texts(panel) == ["20", "8", "1.2", "0.1"]
+    assert panel.get_ylim()[0] < 0.1
+
+
+def test_a_refit_has_one_colour_in_the_pictures_of_a_diagnosis():
+    """Blue is what was added to the data sheet, wherever something was."""
+    gaps = [Gap("tilt", h, 0.1 * h, 0.02 * h, 0.02 * h, 0.02 * h, 1.0, 0.03 * h, -3.0) for h in (0.1, 0.2)]
+    for after, line in ((None, "data sheet refitted"), ("with what was named", "with what was named")):
+        (gap,) = gap_figure(gaps, {"tilt": "rad"}, after).axes
+        colours = {drawn.get_label(): drawn.get_color() for drawn in gap.lines}
+        (panel,) = whiteness_figure([Whiteness("tilt", 20.0, 1.2)], after).axes
+        assert to_rgb(panel.patches[-1].get_facecolor()) == to_rgb(colours[line])
+
+
+@pytest.mark.parametrize("largest", [1.3, 4.0, 30.0, 2000.0])
+def test_ticks_of_a_logarithmic_axis_are_plain_numbers(largest):
+    gaps = [Gap("tilt", h, e, e, e, e, 1.0, e, -3.0) for h, e in ((0.1, 0.011), (0.2, 0.011 * largest))]
+    (panel,) = gap_figure(gaps, {"tilt": "rad"}, None).axes
+    said = [text.get_text() for text in panel.get_yticklabels()]
+    assert len(said) >= 2
+    np.testing.assert_allclose([float(text) for text in said], panel.get_yticks())
+    low, high = panel.get_ylim()
+    assert all(low <= tick <= high for tick in panel.get_yticks())
+    assert len(panel.get_yticks(minor=True)) == 0
+
+
+def test_a_map_says_what_its_numbers_and_colours_are():
+    figure = disagreement_figure(REGIONS, CHANNELS)
+    assert "root mean square error" in figure.get_supxlabel()
+    assert "Blue: measured lower than predicted" in figure.get_supxlabel()
+    (note,) = (text for text in figure.texts if text.get_text() == figure.get_supxlabel())
+    figure.draw_without_rendering()
+    assert note.get_window_extent().width < figure.bbox.width
 
 
 def test_the_same_diagnosis_gives_the_same_picture():

@@ -24,8 +24,9 @@ def test_the_sentence_is_not_cut_off(has_expected):
     assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
 
 
-def test_a_curve_alone_has_its_name_at_its_axis_and_two_have_a_legend():
+def test_curves_have_their_name_at_their_axis_and_two_have_a_legend():
     course = np.sin(np.arange(300.0))
     alone = doubt_figure(SENTENCE, Curves(0.02, course, "tilt [rad]"))
     assert alone.axes[0].get_ylabel() == "tilt [rad]" and not alone.legends
-    assert doubt_figure(SENTENCE, Curves(0.02, course, "tilt [rad]", 1.1 * course, "of the gyro [rad]")).legends
+    both = doubt_figure(SENTENCE, Curves(0.02, course, "tilt [rad]", 1.1 * course, "of the gyro [rad]"))
+    assert both.axes[0].get_ylabel() == "tilt [rad]" and both.legends

@@ -40,6 +40,16 @@ def test_a_simulated_robot_that_falls_makes_no_line_of_one_that_stands(tilt, is_
     assert panel.get_title("right") == ("simulated: 0 to 172" if is_cut else "")
 
 
+def test_a_simulated_tilt_that_turns_over_is_a_line_without_a_jump(episode):
+    """A simulation gives the tilt between -180 and 180 degrees."""
+    over = pieces(episode, 4.0)
+    for piece in over:
+        piece.observations[:, 1] = (piece.observations[:, 1] + np.pi) % (2.0 * np.pi) - np.pi
+    panel = courses_figure(episode, "mine", over).axes[0]
+    assert all(np.abs(np.diff(line.get_ydata())).max() < 10.0 for line in panel.lines)
+    assert panel.get_title("right") == "simulated: 0 to 229"
+
+
 def test_the_legend_says_what_the_simulated_pieces_are(episode):
     (placed,) = courses_figure(episode, "mine", pieces(episode, 0.1)).legends
     measured, simulated = (text.get_text() for text in placed.get_texts())

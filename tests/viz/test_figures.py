@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle
+from matplotlib.patches import Patch, Rectangle
 from matplotlib.text import Text
 
 from twbal.algorithm.iteration import Iteration, PolicyFile
@@ -137,6 +137,17 @@ def test_what_varies_between_rollouts_is_a_darker_band_within_the_predicted_one(
         assert heights[1] == pytest.approx(0.5 * heights[0])
 
 
+def test_the_darker_band_looks_in_the_legend_as_it_does_over_the_other_band() -> None:
+    variance = np.array([state.sd**2 for state in predicted(40)])
+    figure = prediction_figure(predicted(40), [], CHANNELS, UNITS, PERIOD, "band", unknown=0.75 * variance)
+    whole, within = (c.get_alpha() for c in figure.axes[0].collections if isinstance(c, PolyCollection))
+    (placed,) = figure.legends
+    patches = zip(placed.get_texts(), placed.legend_handles, strict=True)
+    shown = {text.get_text(): patch.get_facecolor()[3] for text, patch in patches if isinstance(patch, Patch)}
+    assert shown["predicted, 95 %"] == whole
+    assert shown["varies from rollout to rollout"] == pytest.approx(1.0 - (1.0 - whole) * (1.0 - within))
+
+
 def test_the_band_holds_95_percent_of_draws_from_the_prediction() -> None:
     figure = prediction_figure(predicted(40), [], CHANNELS, UNITS, PERIOD, "band")
     rng = np.random.default_rng(2)
@@ -192,7 +203,7 @@ def test_the_widest_band_stands_beside_the_share_that_it_holds() -> None:
     first, *others = summary().iterations
     about = replace(summary(), iterations=(replace(first, tilt_band_widest=np.radians(100)), *others))
     _, _, coverage = learning_curve_figure(about).axes
-    assert [text.get_text() for text in coverage.texts] == ["0.95 wanted", "±100°"]
+    assert [text.get_text() for text in coverage.texts] == ["0.95 wanted", "±100°", "±: widest band of the tilt"]
 
 
 def test_the_cost_is_drawn_as_it_is_charged() -> None:

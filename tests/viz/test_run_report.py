@@ -13,10 +13,12 @@ import pytest
 
 from twbal.algorithm.iteration import Basis, DiagnosisOutcome, Iteration, PolicyFile, Reason, Search
 from twbal.algorithm.summary import SimData, Summary
+from twbal.algorithm.tables import trials_rows
 from twbal.core.errors import DataError
-from twbal.core.evaluation import SuccessCriterion
+from twbal.core.evaluation import PlaceBy, SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.core.palette import PALETTE
+from twbal.search.predictor import Predictor
 from twbal.viz.canvas import svg
 from twbal.viz.learning_figure import learning_curve_figure
 from twbal.viz.prediction_figures import prediction_figure
@@ -144,8 +146,32 @@ def test_the_page_says_what_the_summary_says(tmp_path: Path) -> None:
         assert words in page.text
     assert about.best.policy.sha256 in page.text
     assert "the tilt stays within 30° for 10 s, and under 10° from 2 s on." in page.text
-    assert "The 95 % band holds 46 % of the real states; that of the tilt is ±1.7°, ±2.3° wide" in page.text
+    assert "The 95 % band holds 46 % of the real states (of the measured channels, not of commands" in page.text
+    assert "and positions); that of the tilt is ±1.7°, ±2.3° wide" in page.text
     assert len([tag for tag, attrs in page.tags if tag == "tr" and attrs.get("class") == "best"]) == 1
+
+
+def test_what_is_said_of_the_table_of_trials_is_said_of_columns_that_it_has(tmp_path: Path) -> None:
+    first, *later = summary().iterations
+    about = replace(summary(), iterations=(replace(first, upright=10, settled=10), *later))
+    text = Page(written(tmp_path, about)).text
+    (name,) = re.findall("“([^”]+)” is how much the command changes", text)
+    assert name.lower() in trials_rows(about)[0]
+
+
+@pytest.mark.parametrize("by", PlaceBy)
+def test_positions_by_odometry_are_told_from_true_ones_by_which_trials_are_judged(tmp_path: Path, by: PlaceBy) -> None:
+    first, *later = summary().iterations
+    text = Page(written(tmp_path, replace(summary(), iterations=(replace(first, place_by=by), *later)))).text
+    assert "By odometry, from the start of each trial." in text
+    assert ("trials are judged by the true pose" in text) == (by is PlaceBy.POSE)
+
+
+@pytest.mark.parametrize("by", Predictor)
+def test_a_band_of_robots_is_said_to_be_of_those_that_have_not_fallen(tmp_path: Path, by: Predictor) -> None:
+    first, *later = summary().iterations
+    text = Page(written(tmp_path, replace(summary(), iterations=(replace(first, predicted_by=by), *later)))).text
+    assert text.count("the bands are of the robots that have not fallen yet") == (by is Predictor.ROBOTS)
 
 
 def test_text_from_outside_is_shown_and_not_obeyed(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import Any, Literal, ParamSpec
 
 import matplotlib
 import numpy as np
@@ -13,6 +13,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, NullLocator
 
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
@@ -57,6 +58,8 @@ STYLE: Any = {  # Any: matplotlib's own type for this lists every setting of one
 _PATH = re.compile(r' d="[^"]*"')
 _SURPLUS_DIGITS = re.compile(r"(\.\d\d)\d+")
 _LEGEND_SHARE = 0.95  # of the figure's width that a legend may take: fonts differ where an SVG is shown
+_LOG_STEPS = ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), tuple(range(1, 10)))  # ticks of a decade, the fewest first
+_FEWEST_TICKS = 3
 _DEGREES = {"rad": "°", "rad/s": "°/s"}
 _PAST_COMMANDS = {"command_1": "last command", "command_2": "2nd last command"}
 _PAST_COMMANDS |= {f"command_{k}": f"{k}th last command" for k in range(4, 10)} | {"command_3": "3rd last command"}
@@ -110,9 +113,27 @@ def short(value: float) -> str:
     return f"{value:.2g}" if abs(value) < 10.0 else f"{value:.0f}"
 
 
+def logarithmic(axes: Axes, which: Literal["x", "y"]) -> None:
+    """Make an axis of what was drawn logarithmic, with ticks that are plain numbers: 0.5 and not 5 × 10⁻¹."""
+    axes.set(**{f"{which}scale": "log"})
+    axis = axes.xaxis if which == "x" else axes.yaxis
+    low, high = axis.get_view_interval()
+    decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
+    for steps in _LOG_STEPS:
+        ticks = np.outer(decades, steps).ravel()
+        ticks = ticks[(low <= ticks) & (ticks <= high)]
+        if len(ticks) >= _FEWEST_TICKS:
+            break
+    else:
+        ticks = np.asarray(MaxNLocator(4).tick_values(low, high))
+        ticks = ticks[(low <= ticks) & (ticks <= high)]
+    axis.set_ticks(ticks.tolist(), labels=[f"{tick:.6g}" for tick in ticks])
+    axis.set_minor_locator(NullLocator())
+
+
 def over_horizons(axes: Axes, channel: str, unit: str) -> None:
     """Name axes on which the error of a channel [unit] stands over the time that was predicted ahead [ms]."""
-    axes.set_yscale("log")  # errors near the noise are far below those of the data sheet
+    logarithmic(axes, "y")  # errors near the noise are far below those of the data sheet
     axes.set_xlim(left=0)
     axes.set_xlabel("horizon [ms]")
     axes.set_ylabel(label(f"error of {channel}", unit))

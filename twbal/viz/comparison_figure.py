@@ -52,7 +52,8 @@ def _draw_metric(panel: Axes, groups: Sequence[Array], is_share: bool, jitter: n
     for place, values in enumerate(groups):
         across = place + 0.12 * jitter.uniform(-1, 1, len(values))
         is_never = np.isinf(values)
-        panel.plot(across[~is_never], values[~is_never], "o", color=REAL.light, markersize=4, alpha=0.7, label="a run")
+        dots = panel.plot(across[~is_never], values[~is_never], "o", color=REAL.light, markersize=4, label="a run")
+        dots[0].set(alpha=0.7, zorder=3.0)  # over the median, which may run through all of them
         if is_never.any():
             among = np.full(is_never.sum(), never)
             panel.plot(

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
 from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
-from twbal.viz.canvas import legend, over_horizons, panels, shown, styled
+from twbal.viz.canvas import legend, logarithmic, over_horizons, panels, short, shown, styled
 from twbal.viz.map_axes import AXES, DIRECTION, direction_text, edge_texts
 
 _SHADES = (  # of a diverging map: predicted too high, right, too low
@@ -33,6 +33,12 @@ _COMPARED = (
     "Probabilities compare the fitted sets with each other. The report's table adds up the sets that hold an effect,\n"
     "and lowers its probability where objections speak against it or the chosen set."
 )
+_MAPPED = (
+    "Number: root mean square error over what noise alone would cause (1: no disagreement).\n"
+    "Colour: mean error. Blue: measured lower than predicted; orange: higher."
+)
+_NOTE = 0.4  # inch; height of that note
+_SPARE = 0.5  # factor below the least and above the largest bar, for the numbers at their ends
 _ALIKE = 1e-3  # relative difference of probabilities that is none
 
 
@@ -41,11 +47,14 @@ def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> F
     """Draw a map of the one-step errors: a row for each channel, a panel for each axis, a field for each range.
 
     The number in a field is the root mean square error over the noise as fitted, its colour the mean error over that.
+    A note below says so.
     """
     axes_names = [name for name in AXES if any(region.axis == name for region in regions)]
     figure, drawn = panels(len(axes_names), columns=3, width=3.6, height=0.5 + 0.45 * len(channels))
     for panel, name in zip(drawn, axes_names, strict=True):
         _draw_map(panel, [region for region in regions if region.axis == name], channels, name)
+    figure.set_figheight(figure.get_figheight() + _NOTE)
+    figure.supxlabel(_MAPPED, fontsize=9, color=MUTED.light)
     return figure
 
 
@@ -87,6 +96,8 @@ def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
 def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None) -> Figure:
     """Draw the error of the simulation on held-out data over its horizons, before, refitted, after, and by noise alone.
 
+    Errors are in SI units, as in the table beside the figure.
+
     Args:
         gaps: errors of each channel over each horizon.
         units: of the channels.
@@ -96,7 +107,6 @@ def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None)
     figure, drawn = panels(len(channels), columns=2, width=4.4, height=2.7)
     for panel, channel in zip(drawn, channels, strict=True):
         rows = [gap for gap in gaps if gap.channel == channel]
-        factor, unit = shown(units[channel])
         horizons = [1e3 * gap.horizon for gap in rows]
         kinds = {
             "data sheet": ("before", REAL, "s-"),
@@ -105,15 +115,15 @@ def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None)
             "sensor noise alone": ("noise_floor", INK, ":"),
         }
         for name, (kind, colour, form) in kinds.items():
-            panel.plot(horizons, [factor * getattr(g, kind) for g in rows], form, color=colour.light, label=name)
-        over_horizons(panel, channel, unit)
+            panel.plot(horizons, [getattr(g, kind) for g in rows], form, color=colour.light, label=name)
+        over_horizons(panel, channel, units[channel])
     legend(figure, drawn[0])
     return figure
 
 
 @styled
 def whiteness_figure(whiteness: Sequence[Whiteness], after: str | None) -> Figure:
-    """Draw the residual autocorrelation of each channel, before and after; 1 is white.
+    """Draw the residual autocorrelation of each channel, before and after; bars begin at 1, which is white.
 
     Args:
         whiteness: of each channel.
@@ -121,12 +131,16 @@ def whiteness_figure(whiteness: Sequence[Whiteness], after: str | None) -> Figur
     """
     figure, (panel,) = panels(1, columns=1, width=_WIDE, height=2.7)
     places = np.arange(len(whiteness))
-    panel.bar(places - 0.2, [w.before for w in whiteness], width=0.38, color=REAL.light, label="data sheet")
-    label = after or "data sheet refitted"
-    panel.bar(places + 0.2, [w.after for w in whiteness], width=0.38, color=PREDICTED.light, label=label)
-    panel.axhline(1.0, color=MUTED.light, linestyle=":", linewidth=1.2)
+    fitted = (after, PREDICTED) if after else ("data sheet refitted", MUTED)
+    values = [w.before for w in whiteness], [w.after for w in whiteness]
+    for aside, each, (name, colour) in zip((-0.2, 0.2), values, (("data sheet", REAL), fitted), strict=True):
+        above = [value - 1.0 for value in each]
+        bars = panel.bar(places + aside, above, 0.38, bottom=1.0, color=colour.light, label=name)
+        panel.bar_label(bars, [short(value) for value in each], padding=2)
+    panel.axhline(1.0, color=INK.light, linestyle=":", linewidth=1.2)
     panel.set_xticks(places, [w.channel.replace("_", " ") for w in whiteness])
-    panel.set_yscale("log")
+    panel.set_ylim(_SPARE * min(1.0, *map(min, values)), max(1.0, *map(max, values)) / _SPARE)
+    logarithmic(panel, "y")
     panel.grid(visible=False, axis="x")
     panel.set_ylabel("autocorrelation")
     panel.set_title("Ljung-Box statistic of the residuals (1: white noise)")

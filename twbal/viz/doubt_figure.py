@@ -12,6 +12,7 @@ from twbal.viz.canvas import legend, panels, styled
 
 _SHOWN = 6.0  # s; of a longer log, those in which most happens
 _MOST_POINTS = 2000
+_UPRIGHT = 30  # characters of a line beside a panel
 _WIDTH = 44  # characters of a line of the title for each panel
 
 
@@ -42,9 +43,8 @@ def doubt_figure(sentence: str, evidence: Curves) -> Figure:
         axes[1].set_ylabel("found")
         axes[1].set_title("grey: as expected", color=MUTED.light)
     figure.suptitle("\n".join(textwrap.wrap(sentence, _WIDTH * len(axes))))
-    if evidence.expected is None:
-        axes[0].set_ylabel(evidence.found_name)
-    else:
+    axes[0].set_ylabel(textwrap.fill(evidence.found_name, _UPRIGHT))
+    if evidence.expected is not None:
         legend(figure, axes[0])
     return figure
 

@@ -53,7 +53,7 @@ def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = 
         _line(panel, time[: len(values)], factor * values, colour, "worked out" if name in estimated else "measured")
         for number, piece in enumerate(simulated):
             if name != "command":
-                column = factor * piece.observations[:, Observation._fields.index(name)]
+                column = factor * _simulated_column(piece, name)
                 told = None if number else _simulated(simulated)
                 panel.plot(piece.time, column, color=PREDICTED.light, linewidth=1.1, label=told)
         panel.set_ylabel(label(name, unit))
@@ -62,8 +62,8 @@ def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = 
         if name in estimated:
             panel.set_title("estimated, not measured", color=MUTED.light)
         if simulated and name != "command":
-            place = Observation._fields.index(name)
-            _fit(panel, factor * values, factor * np.concatenate([piece.observations[:, place] for piece in simulated]))
+            every = np.concatenate([_simulated_column(piece, name) for piece in simulated])
+            _fit(panel, factor * values, factor * every)
     figure.suptitle(title)
     if simulated:
         legend(figure, axes[0])
@@ -79,6 +79,12 @@ def _fit(axes: Axes, values: Array, simulated: Array) -> None:
             drawn.set_zorder(3.0)
         note = f"simulated: {short(simulated.min())} to {short(simulated.max())}"
         axes.set_title(note, loc="right", color=PREDICTED.light, fontsize=8, fontweight="normal")
+
+
+def _simulated_column(piece: Stretch, name: str) -> Array:
+    """One quantity of a piece; a tilt that turns over goes on and does not jump from 180 to -180 degrees."""
+    column: Array = piece.observations[:, Observation._fields.index(name)]
+    return np.unwrap(column) if name == "tilt" else column
 
 
 def _simulated(pieces: Sequence[Stretch]) -> str:

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, INK, MUTED, PREDICTED, REAL
 from twbal.diagnosis.evaluation_record import CHANNEL_UNITS, PredictionScore, SimulationEvaluation
-from twbal.viz.canvas import legend, over_horizons, panels, shown, styled
+from twbal.viz.canvas import legend, over_horizons, panels, styled
 
 _COLOURS = (REAL, PREDICTED, GOOD, INK, MUTED)  # of the reference, and of the others in turn
 _FORMS = ("s-", "o-", "d--", "^-.", "v:")
@@ -16,6 +16,8 @@ _FORMS = ("s-", "o-", "d--", "^-.", "v:")
 def evaluation_figure(evaluation: SimulationEvaluation, log: str) -> Figure:
     """Draw each simulation's error on a log, with its interval as a band; dotted, what noise alone would make of it.
 
+    Errors are in SI units, as in the tables beside the figure.
+
     Args:
         evaluation: of simulations.
         log: name of the log, or of the pool of all.
@@ -23,18 +25,17 @@ def evaluation_figure(evaluation: SimulationEvaluation, log: str) -> Figure:
     channels = list(dict.fromkeys(score.channel for score in evaluation.scores if score.log == log))
     figure, drawn = panels(len(channels), columns=2, width=4.6, height=2.9)
     for panel, channel in zip(drawn, channels, strict=True):
-        factor, unit = shown(CHANNEL_UNITS[channel])
         for number, simulation in enumerate(evaluation.simulations):
             colour, form = _COLOURS[number % len(_COLOURS)].light, _FORMS[number % len(_FORMS)]
             rows = [s for s in evaluation.scores if (s.simulation, s.log, s.channel) == (simulation.name, log, channel)]
             times = [1e3 * score.horizon for score in rows]
-            panel.plot(times, [factor * _known(s.error) for s in rows], form, color=colour, label=simulation.name)
+            panel.plot(times, [_known(s.error) for s in rows], form, color=colour, label=simulation.name)
             low, high = _band(rows)
-            panel.fill_between(times, factor * low, factor * high, color=colour, alpha=0.18, linewidth=0)
-            floor = [factor * _known(score.noise_floor) for score in rows]
+            panel.fill_between(times, low, high, color=colour, alpha=0.18, linewidth=0)
+            floor = [_known(score.noise_floor) for score in rows]
             panel.plot(times, floor, ":", color=colour, linewidth=1.1)
         panel.plot([], [], ":", color=INK.light, linewidth=1.1, label="sensor noise alone")
-        over_horizons(panel, channel, unit)
+        over_horizons(panel, channel, CHANNEL_UNITS[channel])
     legend(figure, drawn[0])
     return figure
 

@@ -66,7 +66,10 @@ def _draw_coverage(axes: Axes, summary: Summary) -> None:
     axes.set_ylim(*_SHARES)
     axes.set_yticks([0.0, 0.25, 0.5, 0.75, 1.0])
     axes.set_title("states in the 95 % band")
-    axes.set_ylabel("share of states; ± tilt")
+    axes.set_ylabel("share of states")
+    if any(i.coverage95 is not None and i.tilt_band_widest is not None for i in summary.iterations):
+        note = "±: widest band of the tilt"
+        axes.annotate(note, (0.98, 0.03), xycoords="axes fraction", ha="right", fontsize=9, color=MUTED.light)
 
 
 def _draw_line(axes: Axes, values: Sequence[float | None], colour: str, form: str, name: str) -> None:

@@ -5,12 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.viz.canvas import ended_at, in_words, label, legend, limits, panels, short, shown, styled
 
 _ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
+_BAND, _WITHIN = 0.25, 0.3  # opacity of the band, and of the one over it of what varies from rollout to rollout
 
 
 @styled
@@ -61,11 +63,13 @@ def _draw_channel(
 ) -> None:
     time = period * np.arange(len(mean))
     low, high = mean - half_width, mean + half_width
-    axes.fill_between(time, low, high, color=PREDICTED.light, alpha=0.25, linewidth=0, label="predicted, 95 %")
+    axes.fill_between(time, low, high, color=PREDICTED.light, alpha=_BAND, linewidth=0, label="predicted, 95 %")
     if varies is not None:
-        within = (mean - varies, mean + varies)
-        between = "varies from rollout to rollout"
-        axes.fill_between(time, *within, color=PREDICTED.light, alpha=0.3, linewidth=0, label=between)
+        axes.fill_between(time, mean - varies, mean + varies, color=PREDICTED.light, alpha=_WITHIN, linewidth=0)
+        seen = 1.0 - (1.0 - _BAND) * (1.0 - _WITHIN)  # one band over the other
+        patch = Rectangle((0.0, 0.0), 0.0, 0.0, color=PREDICTED.light, alpha=seen, linewidth=0)
+        patch.set_label("varies from rollout to rollout")
+        axes.add_patch(patch)
     axes.plot(time, mean, color=PREDICTED.light, linewidth=1.5, zorder=3, label="predicted, mean")
     for i, course in enumerate(courses):
         name = f"robot, {len(courses)} trials" if i == 0 else None

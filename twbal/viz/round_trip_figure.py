@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from twbal.core.palette import INK, PREDICTED
-from twbal.viz.canvas import legend, panels, styled
+from twbal.viz.canvas import legend, logarithmic, panels, styled
 
 
 @styled
@@ -25,9 +25,9 @@ def round_trip_figure(round_trips: Sequence[float], control_period: float, robot
     figure, (panel,) = panels(1, columns=1, width=6.0, height=2.6)
     panel.hist(times, bins=edges.tolist(), color=PREDICTED.light, label=f"{len(times)} answers")
     panel.axvline(control_period * 1e3, color=INK.light, linewidth=1.2, linestyle="--", label="control period")
-    panel.set_xscale("log")
+    logarithmic(panel, "x")
     panel.set_xlabel("round trip [ms]")
     panel.set_ylabel("answers")
-    figure.suptitle(f"Round trips to {robot}")
+    figure.suptitle(f"Round trips to robot {robot}")
     legend(figure, panel)
     return figure

@@ -9,7 +9,7 @@ from twbal.algorithm.outcome import driving, headline, rule_in_words, warnings_o
 from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_driven, trials_rows
 from twbal.core.errors import DataError
-from twbal.core.evaluation import SuccessCriterion
+from twbal.core.evaluation import PlaceBy, SuccessCriterion
 from twbal.core.files import write_atomically
 from twbal.core.text import counted
 from twbal.search.predictor import Predictor
@@ -81,6 +81,7 @@ def write_report(path: Path, summary: Summary, setting: RunSetup, pictures: Pict
         driving=driving(summary),
         rule=rule_in_words(setting.rule, setting.control_period),
         verdicts=trials_rows(summary),
+        by_pose=any(iteration.place_by is PlaceBy.POSE for iteration in summary.iterations),
         count=summary.count(summary.best_iteration),
         first_count=summary.count(0),
         corrected=any(iteration.diagnosis is DiagnosisOutcome.USED for iteration in summary.iterations),
@@ -211,11 +212,11 @@ def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
             f", learned from {counted(iteration.real_episodes, 'rollout')} on the robot "
             f"({iteration.real_samples} samples, {iteration.real_seconds:.1f} s)"
         )
-    text += "."
+    text += ". At each time the bands are of the robots that have not fallen yet." if by_robots else "."
     if iteration.coverage95 is not None:
         text += (
-            f" The 95 % band holds {percent(iteration.coverage95)} of the real states; that of the tilt is "
-            f"{tilt_band(iteration)} wide (median, widest)."
+            f" The 95 % band holds {percent(iteration.coverage95)} of the real states (of the measured channels, "
+            f"not of commands and positions); that of the tilt is {tilt_band(iteration)} wide (median, widest)."
         )
     if iteration.tilt_unknown is not None:
         text += (
