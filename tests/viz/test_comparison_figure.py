@@ -1,6 +1,7 @@
 """Runs beside each other: dots where the values are, and nowhere on the numbers of an axis what has none."""
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -57,6 +58,14 @@ def test_dots_are_where_the_values_are():
     panel = drawn({"all": runs(cost=(0.0, 20.0, math.nan))}, "cost")
     assert sorted(heights(panel, REAL.light, "o")) == [0.0, 20.0]
     assert panel.get_ylim()[0] < 0.0 and min(numbers(panel)) == 0.0
+
+
+@pytest.mark.parametrize("names", [("a", "b"), ("paper", "default"), ("default", "lqr_integral", "lqr_identified")])
+def test_names_of_groups_stand_apart(names):
+    panel = drawn({name: runs(cost=(1.0,)) for name in names}, "cost")
+    boxes = [text.get_window_extent() for text in panel.get_xticklabels()]
+    turned = {text.get_rotation() for text in panel.get_xticklabels()}
+    assert turned == {45.0} or all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 def test_a_median_hides_no_dot():

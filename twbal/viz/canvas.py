@@ -131,6 +131,12 @@ def logarithmic(axes: Axes, which: Literal["x", "y"]) -> None:
     axis.set_minor_locator(NullLocator())
 
 
+def aslant(axes: Axes) -> None:
+    """Turn the labels below `axes`, which are too long to stand side by side."""
+    for text in axes.get_xticklabels():
+        text.set(rotation=45, ha="right", rotation_mode="anchor")
+
+
 def over_horizons(axes: Axes, channel: str, unit: str) -> None:
     """Name axes on which the error of a channel [unit] stands over the time that was predicted ahead [ms]."""
     logarithmic(axes, "y")  # errors near the noise are far below those of the data sheet

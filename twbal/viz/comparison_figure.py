@@ -11,9 +11,10 @@ from matplotlib.ticker import MaxNLocator
 from twbal.algorithm.comparison import METRICS, Run
 from twbal.core.gaussian import Array
 from twbal.core.palette import INK, LINE, MUTED, PREDICTED, REAL
-from twbal.viz.canvas import legend, panels, styled
+from twbal.viz.canvas import aslant, legend, panels, styled
 
 _TITLE = 38  # characters of a line of a panel's title
+_ROW = 30  # characters that find room side by side below a panel
 _ROOM = 0.06  # of an axis, below 0 and above the largest value, so that dots at its ends are whole
 _NEVER = (1.12, 1.28)  # where the strip begins that has runs which never got there, and where they stand in it
 _TICKS = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10])
@@ -36,6 +37,8 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
             panel.annotate(text, middle, xycoords="axes fraction", ha="center", va="center", color=MUTED.light)
             panel.set_yticks([])
         panel.set_xticks(range(len(groups)), list(groups))
+        if (max(map(len, groups)) + 1) * len(groups) > _ROW:
+            aslant(panel)
         panel.set_xlim(-0.5, len(groups) - 0.5)
         panel.grid(visible=False, axis="x")
         panel.set_title(fill(f"{what} [{unit}]" if unit else what, _TITLE), fontsize=8.5)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
 from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
-from twbal.viz.canvas import legend, logarithmic, over_horizons, panels, short, shown, styled
+from twbal.viz.canvas import aslant, legend, logarithmic, over_horizons, panels, short, shown, styled
 from twbal.viz.map_axes import AXES, DIRECTION, direction_text, edge_texts
 
 _SHADES = (  # of a diverging map: predicted too high, right, too low
@@ -179,8 +179,7 @@ def _label_edges(panel: Axes, axis: str, edges: Sequence[float]) -> None:
     texts = edge_texts(axis, edges[::every])
     panel.set_xticks(np.arange(len(edges))[::every] - 0.5, texts, fontsize=8)
     if (max(map(len, texts)) + 1) * (len(texts) - 1) > _ROW:
-        for text in panel.get_xticklabels():
-            text.set(rotation=45, ha="right", rotation_mode="anchor")
+        aslant(panel)
 
 
 def _text_colour(field: Sequence[float]) -> str:

@@ -9,7 +9,7 @@ from twbal.diagnosis.evaluation_record import CHANNEL_UNITS, PredictionScore, Si
 from twbal.viz.canvas import legend, over_horizons, panels, styled
 
 _COLOURS = (REAL, PREDICTED, GOOD, INK, MUTED)  # of the reference, and of the others in turn
-_FORMS = ("s-", "o-", "d--", "^-.", "v:")
+_FORMS = ("s-", "o-", "d--", "^-.", "v:", "P--", "X-.", "*:", "<-", ">--")  # twice as many: ten are told apart
 
 
 @styled
