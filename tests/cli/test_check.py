@@ -125,11 +125,24 @@ def test_what_is_not_there_is_one_clear_line(words, complaint, tmp_path, capsys)
     assert len(said.splitlines()) == 1
 
 
-@pytest.mark.slow
-def test_the_baseline_of_other_data_is_refused(tmp_path, capsys):
-    path = spoiled(tmp_path, lambda known: known["data"].update({"policy.pt": "0" * 64}))
-    assert main(["regress", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
-    assert "baseline of another data set: policy.pt differ" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    ("change", "tolerances", "complaint"),
+    [
+        (lambda known: known["data"].update({"policy.pt": "0" * 64}), None, "another data set: policy.pt differ"),
+        (lambda known: known.update(extra=1), None, "is no baseline of `twbal regress`"),
+        (lambda known: None, "'cost/*': {relative: 0, absolute: 0}", "No tolerance fits the measure"),
+    ],
+)
+def test_a_baseline_that_cannot_be_compared_with_is_refused_before_anything_is_measured(
+    change, tolerances, complaint, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("twbal.cli.stages.regress.measure", lambda cfg, folder: pytest.fail("it measures"))
+    words = [f"baseline={spoiled(tmp_path, change)}"]
+    if tolerances is not None:
+        (tmp_path / "tolerances.yaml").write_text(tolerances)
+        words.append(f"tolerances={tmp_path / 'tolerances.yaml'}")
+    assert main(["regress", f"data={DATA}", *words, f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert complaint in capsys.readouterr().err
 
 
 def test_every_fault_has_its_place():

@@ -64,18 +64,16 @@ def main(cfg: DictConfig) -> None:
     out, folder = run_folder(), Path(cfg.data)
     baseline = Path(cfg.baseline) if cfg.baseline else folder / "baseline.json"
     tolerances = _tolerances(Path(cfg.tolerances) if cfg.tolerances else folder / "tolerances.yaml")
-    found = Baseline(_hashes(folder), __version__, dict(sorted(measure(cfg, folder).items())))
+    data = _hashes(folder)
+    known = None
+    if not cfg["update"]:  # a DictConfig has a method of that name
+        known = _baseline_of(baseline, data, folder)
+        compare(known.measures, known.measures, tolerances)  # whether one fits each of them
+    found = Baseline(data, __version__, dict(sorted(measure(cfg, folder).items())))
     write_record(out / NOW, found)
-    if cfg["update"]:  # a DictConfig has a method of that name
+    if known is None:
         _update(baseline, found, tolerances)
         return
-    known = _read(baseline)
-    if known.data != found.data:
-        changed = sorted(name for name in {*known.data, *found.data} if known.data.get(name) != found.data.get(name))
-        raise DataError(
-            f"{baseline} is the baseline of another data set: {', '.join(changed[:4])} differ in {folder}. Give the "
-            "one that belongs to it, or measure it anew by update=true."
-        )
     compared = compare(known.measures, found.measures, tolerances)
     write_atomically(out / REPORT, junit(compared))
     print(table(compared))
@@ -87,6 +85,22 @@ def main(cfg: DictConfig) -> None:
             "with update=true, and say why in the commit."
         )
     print(f"all {len(compared)} measures are as in the baseline of version {known.version}")
+
+
+def _baseline_of(path: Path, data: dict[str, str], folder: Path) -> Baseline:
+    """The baseline, if it is one of this data.
+
+    Raises:
+        DataError: it is of other data, is not there or cannot be read.
+    """
+    known = _read(path)
+    if known.data != data:
+        changed = sorted(name for name in {*known.data, *data} if known.data.get(name) != data.get(name))
+        raise DataError(
+            f"{path} is the baseline of another data set: {', '.join(changed[:4])} differ in {folder}. Give the "
+            "one that belongs to it, or measure it anew by update=true."
+        )
+    return known
 
 
 def _update(path: Path, found: Baseline, tolerances: Sequence[Tolerance]) -> None:
