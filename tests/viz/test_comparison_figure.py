@@ -68,6 +68,11 @@ def test_names_of_groups_stand_apart(names):
     assert turned == {45.0} or all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
+def test_long_names_take_no_room_from_the_panels():
+    few, many = (drawn({name * k: runs(cost=(1.0,)) for name in "abc"}, "cost") for k in (1, 14))
+    assert few.get_window_extent().height < 1.1 * many.get_window_extent().height
+
+
 def test_a_median_hides_no_dot():
     panel = drawn({"all": runs(cost=(1.0,)), "other": runs(cost=(1.0, 1.0, 1.0))}, "cost")
     dots = [line for line in panel.lines if line.get_marker() == "o"]

@@ -199,6 +199,23 @@ def test_a_prediction_that_runs_away_does_not_hide_the_robot_and_a_note_says_how
     assert not draw_prediction().axes[0].get_title("right")
 
 
+@pytest.mark.parametrize("settle_step", [20, RULE.steps])
+def test_the_legend_has_the_settled_area_only_where_there_is_one(settle_step: int) -> None:
+    """The rule of the paper has none: trials of 2 s, of which nothing is asked beyond 2 s."""
+    courses = [x[:, 0] for x in trajectories(2, RULE.steps)]
+    (placed,) = tilt_figure([Trials("some", courses)], PERIOD, replace(RULE, settle_step=settle_step)).legends
+    told = [text.get_text() for text in placed.get_texts()]
+    assert any("must stay in here" in name for name in told) == (settle_step < RULE.steps)
+
+
+def test_no_line_runs_through_a_width_of_a_band() -> None:
+    first, *others = summary().iterations
+    about = replace(summary(), iterations=(replace(first, tilt_band_widest=np.radians(2)), *others))
+    (width,) = (text for text in learning_curve_figure(about).axes[2].texts if text.get_text() == "±2°")
+    backing = width.get_bbox_patch()
+    assert backing is not None and backing.get_facecolor()[3] == 1.0
+
+
 def test_the_widest_band_stands_beside_the_share_that_it_holds() -> None:
     first, *others = summary().iterations
     about = replace(summary(), iterations=(replace(first, tilt_band_widest=np.radians(100)), *others))

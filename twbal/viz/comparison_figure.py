@@ -15,6 +15,7 @@ from twbal.viz.canvas import aslant, legend, panels, styled
 
 _TITLE = 38  # characters of a line of a panel's title
 _ROW = 30  # characters that find room side by side below a panel
+_ASLANT = 0.06  # inch; height that a character of theirs takes where they are turned
 _ROOM = 0.06  # of an axis, below 0 and above the largest value, so that dots at its ends are whole
 _NEVER = (1.12, 1.28)  # where the strip begins that has runs which never got there, and where they stand in it
 _TICKS = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10])
@@ -25,7 +26,9 @@ _TAKES = {"crps_ratio": "takes three trials or more of a policy"}
 @styled
 def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
     """Draw each metric of each run; runs that never got there stand in a strip above the numbers of the axis."""
-    figure, axes = panels(len(METRICS), columns=3, width=3.6, height=2.7)
+    longest = max(map(len, groups))
+    is_aslant = (longest + 1) * len(groups) > _ROW
+    figure, axes = panels(len(METRICS), columns=3, width=3.6, height=2.7 + _ASLANT * longest * is_aslant)
     jitter = np.random.default_rng(0)
     for panel, (metric, (what, unit, _)) in zip(axes, METRICS.items(), strict=True):
         values = [np.array([run.values[metric] for run in runs]) for runs in groups.values()]
@@ -37,7 +40,7 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
             panel.annotate(text, middle, xycoords="axes fraction", ha="center", va="center", color=MUTED.light)
             panel.set_yticks([])
         panel.set_xticks(range(len(groups)), list(groups))
-        if (max(map(len, groups)) + 1) * len(groups) > _ROW:
+        if is_aslant:
             aslant(panel)
         panel.set_xlim(-0.5, len(groups) - 0.5)
         panel.grid(visible=False, axis="x")

@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import angle
-from twbal.core.palette import GOOD, MUTED, PREDICTED, REAL
+from twbal.core.palette import GOOD, MUTED, PAPER, PREDICTED, REAL
 from twbal.viz.canvas import panels, styled
 
 _SHARES = (-0.04, 1.1)  # axis of a share: points at 0 and 1 are whole
@@ -62,7 +62,8 @@ def _draw_coverage(axes: Axes, summary: Summary) -> None:
             below = i.coverage95 > 0.5  # of the point, so that the text stays within the panel
             width, offset = f"±{angle(i.tilt_band_widest)}", (0, -8 if below else 8)
             at, side = (i.index, i.coverage95), "top" if below else "bottom"
-            axes.annotate(width, at, offset, textcoords="offset points", fontsize=9, ha="center", va=side)
+            text = axes.annotate(width, at, offset, textcoords="offset points", fontsize=9, ha="center", va=side)
+            text.set_bbox({"facecolor": PAPER.light, "linewidth": 0.0, "pad": 1.0})  # lets no line run through it
     axes.set_ylim(*_SHARES)
     axes.set_yticks([0.0, 0.25, 0.5, 0.75, 1.0])
     axes.set_title("states in the 95 % band")

@@ -83,8 +83,9 @@ def drift_figure(groups: Sequence[Trials], control_period: float, rule: SuccessC
 def _draw_rule(axes: Axes, period: float, rule: SuccessCriterion) -> None:
     end, settled = period * rule.steps, period * rule.settle_step
     inner, outer = float(np.degrees(rule.settled_tilt_limit)), float(np.degrees(rule.tilt_limit))
-    name = f"must stay in here from {settled:.3g} s on"
-    axes.fill_between([settled, end], -inner, inner, color=GOOD.light, alpha=0.15, linewidth=0, label=name)
+    if settled < end:
+        name = f"must stay in here from {settled:.3g} s on"
+        axes.fill_between([settled, end], -inner, inner, color=GOOD.light, alpha=0.15, linewidth=0, label=name)
     for side, name in ((-outer, "_"), (outer, "falls")):
         axes.axhline(side, color=MUTED.light, linestyle="--", linewidth=1.1, label=name)
 
