@@ -206,6 +206,18 @@ def test_an_error_of_ours_is_one_line_and_exit_code_1(stage, capsys):
     assert only_error(capsys) == "no robot on that port"
 
 
+@pytest.mark.parametrize(
+    "variables",
+    [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}],
+    ids=["strict", "locale C"],
+)
+def test_an_output_without_our_letters_gets_escapes_of_them(variables):
+    words = [sys.executable, "-m", "twbal", "sim-collect", "--help"]
+    done = subprocess.run(words, capture_output=True, env=environment(**variables))
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"N\\xb7m" in done.stdout
+
+
 @pytest.mark.parametrize("variable", ["TWBAL_DEBUG", "HYDRA_FULL_ERROR"])
 def test_a_traceback_is_to_be_had(variable, tmp_path):
     words = [sys.executable, "-m", "twbal", "sim-collect", "robot.body_mass=-1"]

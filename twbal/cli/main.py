@@ -6,6 +6,7 @@ load ends a command as it does later.
 
 import difflib
 import gc
+import io
 import os
 import sys
 import traceback
@@ -66,6 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     _stand_in_for_closed_streams()
+    _write_any_letter()
     try:
         with interruptible():
             code = _answer(words)
@@ -95,6 +97,18 @@ def _stand_in_for_closed_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115, it lasts as long as the process
+
+
+def _write_any_letter() -> None:
+    """Let a letter that the output cannot have, such as ° in a locale without it, be written as an escape.
+
+    Python would raise an error, in the midst of a stage.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if not isinstance(stream, io.TextIOWrapper):
+            continue
+        if (stream.encoding, stream.errors) != ("utf-8", "surrogateescape"):  # which writes every path as it is
+            stream.reconfigure(errors="backslashreplace")
 
 
 def _answer(words: list[str]) -> int:
