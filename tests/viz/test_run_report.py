@@ -174,6 +174,13 @@ def test_a_band_of_robots_is_said_to_be_of_those_that_have_not_fallen(tmp_path: 
     assert text.count("the bands are of the robots that have not fallen yet") == (by is Predictor.ROBOTS)
 
 
+def test_the_band_of_what_varies_is_named_by_its_place_as_it_is_darker_on_light_pages_only(tmp_path: Path) -> None:
+    first, *later = summary().iterations
+    text = Page(written(tmp_path, replace(summary(), iterations=(replace(first, tilt_unknown=0.86), *later)))).text
+    assert "Of the tilt's variance 86 % is due to what is not known of the robot" in text
+    assert "(the inner band)" in text and "darker" not in text
+
+
 def test_text_from_outside_is_shown_and_not_obeyed(tmp_path: Path) -> None:
     hostile = "<script>alert(1)</script>"
     about = replace(summary(), robot=hostile)

@@ -221,7 +221,7 @@ def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
     if iteration.tilt_unknown is not None:
         text += (
             f" Of the tilt's variance {percent(iteration.tilt_unknown)} is due to what is not known of the robot; the "
-            "rest varies from rollout to rollout (the darker band)."
+            "rest varies from rollout to rollout (the inner band)."
         )
     text += _scored(iteration)
     if iteration.trials:
