@@ -135,9 +135,9 @@ def random_subset(samples: int, count: int, seed: int) -> Integers:
 
 def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparameters: Hyperparameters) -> GpFitResult:
     """Sparse posterior of E GPs with given hyper-parameters: inputs (n, d), targets (n, E), centres (m, d)."""
-    thetas = [hyperparameters.theta(a) for a in range(targets.shape[1])]
-    bounds = [Bound(inputs, target, centres) for target in targets.T]
-    posteriors = [bound.posterior(theta) for bound, theta in zip(bounds, thetas, strict=True)]
+    posteriors = [
+        Bound(inputs, target, centres).posterior(hyperparameters.theta(a)) for a, target in enumerate(targets.T)
+    ]
     gp = GaussianProcess(
         centres,
         *hyperparameters,
@@ -145,7 +145,7 @@ def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparamet
         variance_matrix=np.array([posterior.variance_matrix for posterior in posteriors]),
         sample_root=np.array([posterior.sample_root for posterior in posteriors]),
     )
-    return GpFitResult(gp, np.array([bound(theta)[0] for bound, theta in zip(bounds, thetas, strict=True)]))
+    return GpFitResult(gp, np.array([posterior.bound for posterior in posteriors]))
 
 
 def _refine(
