@@ -6,6 +6,8 @@ import json
 import pytest
 
 from twbal.cli.main import main
+from twbal.cli.manifest import Manifest
+from twbal.core.json_records import write_record
 
 
 def summary(successes, seconds, seed):
@@ -69,7 +71,12 @@ def test_two_sweeps_make_one_table_and_one_page(sweeps, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("runs", "complaint"),
-    [("[nowhere]", "nowhere is not there"), ("[]", "compare cannot have runs=[]"), ("[a/x,b/x]", "same name")],
+    [
+        ("[nowhere]", "nowhere is not there"),
+        (f"['{__file__}']", "is no folder. Give a run folder"),
+        ("[]", "compare cannot have runs=[]"),
+        ("[a/x,b/x]", "same name"),
+    ],
 )
 def test_bad_input_is_one_clear_line(runs, complaint, tmp_path, capsys):
     assert main(["compare", f"runs={runs}", f"hydra.run.dir={tmp_path}"]) == 1
@@ -116,3 +123,18 @@ def test_runs_on_robots_of_other_seeds_are_not_paired(sweeps, tmp_path):
     main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"])
     with (out / "table.csv").open() as file:
         assert all(", 0, 0.031" not in value for row in csv.DictReader(file) for value in row.values())
+
+
+def test_runs_without_their_hidden_files_are_told_apart_by_their_manifests(sweeps, tmp_path):
+    for name, link in (("old", 1), ("new", 2)):
+        for seed in range(6):
+            settings = f"link:\n  seed: {link}\nseed: {seed}\n"
+            write_record(
+                sweeps / name / str(seed) / "manifest.json",
+                Manifest("iterate", True, "", seed, settings, {}, (), {}, "2026-01-01T00:00:00Z", 1.0),
+            )
+    out = tmp_path / "out"
+    assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"]) == 0
+    with (out / "runs.csv").open() as file:
+        keys = {row["key"] for row in csv.DictReader(file)}
+    assert keys == {f"paper {seed} {link}" for seed in range(6) for link in (1, 2)}

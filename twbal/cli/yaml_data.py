@@ -37,13 +37,28 @@ def read_yaml(path: Path, bounds: Bounds = Bounds()) -> Any:  # noqa: B008 - a t
     """
     try:
         text = read_bounded(path, bounds.size).decode("utf-8")
-        return _tree(text, bounds)
     except FileNotFoundError:
         raise
     except UnicodeDecodeError as error:
         raise ConfigError(f"{path} is no text in UTF-8 ({error.reason} at byte {error.start}).") from error
     except OSError as error:
         raise ConfigError(f"{path} cannot be read: {error.strerror or error}.") from error
+    return yaml_of(text, path, bounds)
+
+
+def yaml_of(text: str, path: Path, bounds: Bounds) -> Any:
+    """What yaml text says, as `read_yaml` has it.
+
+    Args:
+        text: the yaml.
+        path: of the file that it stands in.
+        bounds: how much it may hold.
+
+    Raises:
+        ConfigError: it holds more than data, or more than `bounds`; the message is one line.
+    """
+    try:
+        return _tree(text, bounds)
     except (yaml.YAMLError, ValueError, OverflowError) as error:  # PyYAML turns odd escapes into characters unchecked
         raise ConfigError(f"{path} is no yaml that can be read: {' '.join(str(error).split())}.") from error
     except ConfigError as error:

@@ -12,8 +12,9 @@ from twbal.algorithm.comparison import Run, latex, rows, run_values
 from twbal.algorithm.summary import read_summary
 from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import run_folder
+from twbal.cli.manifest import MANIFEST, read_manifest
 from twbal.cli.typed_config import typed
-from twbal.cli.yaml_data import Bounds, read_yaml
+from twbal.cli.yaml_data import Bounds, read_yaml, yaml_of
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import write_atomically
 from twbal.viz.canvas import svg
@@ -21,6 +22,7 @@ from twbal.viz.comparison_figure import comparison_figure
 from twbal.viz.page import inline, render
 
 SUMMARY = "summary.json"
+_BOUNDS = Bounds(2**20, 32, 20_000)  # of a run's configuration
 
 
 @dataclass(frozen=True)
@@ -104,8 +106,10 @@ def _summaries(folder: Path) -> list[Path]:
     """
     files = sorted(folder.rglob(SUMMARY))
     if not files:
-        what = "has no run of `twbal iterate` in it (no summary.json)" if folder.is_dir() else "is not there"
-        raise DataError(f"{folder} {what}. Give a run folder, or the folder of a sweep.")
+        what = "has no run of `twbal iterate` in it (no summary.json)" if folder.is_dir() else "is no folder"
+        raise DataError(
+            f"{folder} {what if folder.exists() else 'is not there'}. Give a run folder, or the folder of a sweep."
+        )
     return files
 
 
@@ -115,11 +119,18 @@ def _run(file: Path) -> Run:
 
 
 def _link_seed(run: Path) -> str:
-    """The seed of a run's virtual robot, as its configuration says it; "None" where it says none."""
+    """The seed of a run's virtual robot, as its configuration says it; "None" where it says none.
+
+    A copy of a run may be without hidden files, and so without Hydra's. Then the run's manifest is asked.
+    """
     try:
-        settings = read_yaml(run / ".hydra" / "config.yaml", Bounds(2**20, 32, 20_000))
+        settings = read_yaml(run / ".hydra" / "config.yaml", _BOUNDS)
+    except FileNotFoundError:
+        manifest = read_manifest(run)
+        settings = {} if manifest is None else yaml_of(manifest.settings, run / MANIFEST, _BOUNDS)
+    try:
         return str(settings["link"]["seed"])
-    except (FileNotFoundError, KeyError, TypeError):
+    except (KeyError, TypeError):
         return "None"
 
 
