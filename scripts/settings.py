@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.help_text import shown
-from twbal.cli.settings.kinds import Setting, holds_settings
+from twbal.cli.settings.kinds import OrNull, Part, Setting, holds_settings
 from twbal.cli.settings.lookup import GROUPS, STAGES, leaves
 from twbal.cli.settings.stage_settings import SECTIONS
 
@@ -23,7 +23,8 @@ the settings of one stage, with the values that they have there.
 Parameters of effects (`sim.effects.<name>.<parameter>`, `ensemble.<robot>.<name>.<parameter>`, and, as `[low, high]`,
 `sim.draws.<name>.<parameter>`) are described in [effects.md](effects.md). They may lie up to ten times beyond the
 ranges of that page. "per torque limit" is a share of `robot.torque_limit`; sd is a standard deviation. The defaults
-are those of the choices that a stage makes by itself. This page is written by `scripts/settings.py`.
+are those of the choices that a stage makes by itself, such as `link=virtual`. Other choices have others: with
+`link=serial`, `link.timeout` is 0.5 s. This page is written by `scripts/settings.py`.
 """
 
 
@@ -55,12 +56,12 @@ def composed() -> dict[str, dict[str, Any]]:
 
 
 def table(rows: Iterable[Setting], trees: Iterable[Mapping[str, Any]]) -> str:
-    """Rows as a table; what only holds other settings is left out."""
+    """Rows as a table; what only holds other settings, and cannot be left out by null, is not in it."""
     lines = ["| key | default | unit | range | meaning |", "|---|---|---|---|---|"]
     known = list(trees)
     for row in rows:
         values = dict.fromkeys(shown(tree[row.key]) for tree in known if row.key in tree)
-        if not holds_settings(row.kind) or values:
+        if not holds_settings(row.kind) or values or row.kind == OrNull(Part()):
             default = ", ".join(f"`{value}`" for value in values) or "-"
             lines.append(f"| `{row.key}` | {default} | {row.kind.unit or '-'} | {row.kind.range} | {row.meaning} |")
     return "\n".join([*lines, ""])
