@@ -1,6 +1,6 @@
 """From the columns of a foreign log to episodes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -76,49 +76,31 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     columns, notes = _without_nan(path, _with_last_command(columns, mapping))
     signals = mapping.signals(columns)
     if mapping.rate is not None:
-        if columns.header_again:
-            raise LogError(
-                f"Line {columns.header_again} of {path} is its header again, and without a column of time nothing "
-                "tells whether a new recording begins there: expected is one recording a file. Cut the file there."
-            )
-        signals["time"] = (columns.rows - columns.rows[0]) / mapping.rate  # rows left out leave gaps
+        signals["time"] = _time_by_rows(path, columns, mapping.rate)
     if "heading" in signals:
         signals["heading"] = np.unwrap(signals["heading"])  # means and lost samples are between two of one turn
     parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
     notes = [*columns.notes, *notes, *more]
     every = _every(path, period.of(1), wanted.period)
-    if not _PERIODS[0] <= every * period.of(1) <= _PERIODS[1]:
-        raise LogError(
-            f"{path} has a sample every {period.of(1):.3g} s; expected is a control period from {_PERIODS[0]:g} to "
-            f"{_PERIODS[1]:g} s. Is the unit of the time right?"
-        )
-    episodes: list[Episode] = []
-    short: list[int] = []
-    for signal in parts:
-        begin = int(np.searchsorted(signal["time"], signal["time"][0] + mapping.skip - 1e-9))
-        rest = {name: values[begin:] for name, values in signal.items()}
-        if len(rest["time"]) < max(wanted.min_length, 4 * every):
-            short.append(len(signal["time"]))
-            continue
-        trial = replace(provenance, trial=provenance.trial + len(episodes))
-        episodes.append(_episode(rest, period.of(every, wanted.period), every, mapping, wanted.channels, trial))
+    least = max(wanted.min_length, 4 * every)
+    rests = [_from(part, _skipped(part, mapping)) for part in parts]
+    long = [rest for rest in rests if len(rest["time"]) >= least]
+    short = [len(part["time"]) for part, rest in zip(parts, rests, strict=True) if len(rest["time"]) < least]
     if short:
         notes.append(
             f"{counted(len(short), 'part')} without a gap of at most {max(short)} samples: too short, left out"
         )
-    if not episodes:
+    if not long:
         raise LogError(
             f"{path} has no recording of {wanted.min_length} samples without a gap: {'; '.join(notes)}. "
             "Is the rate right? `min_length` and the mapping's `fill` and `skip` change what is kept."
         )
+    of = period.of(every, wanted.period), every, mapping, wanted.channels
+    episodes = [_episode(rest, *of, replace(provenance, trial=provenance.trial + i)) for i, rest in enumerate(long)]
     if mapping.skip:
         notes.append(f"the first {mapping.skip:g} s of each recording are left out")
-    worst: dict[str, Estimated] = {}
-    for each in (each for episode in episodes for each in episode.estimated):
-        worst[each.channel] = max(worst.get(each.channel, each), each, key=lambda known: known.sd)
-    worked_out = [f"{each.channel} ({_accuracy(each)})" for each in worst.values()]
-    if worked_out:
-        notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
+    if worked_out := _worked_out(episodes):
+        notes.append(f"not measured, and worked out: {worked_out}")
     looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)
     steps = Curves(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
     found = [Doubt(DoubtKind.TIME, "time", sentence, steps) for sentence in odd]
@@ -126,6 +108,38 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     untold = tuple(doubt.sentence for doubt in found if doubt.kind is DoubtKind.UNTOLD)
     doubted = tuple(doubt for doubt in found if doubt.kind is not DoubtKind.UNTOLD)
     return Imported(tuple(episodes), tuple(notes), doubted, untold)
+
+
+def _time_by_rows(path: Path, columns: Columns, rate: float) -> Array:
+    """Times of rows that come `rate` times a second, with gaps where rows were left out [s].
+
+    Raises:
+        LogError: the header comes again, so that a new recording may begin there.
+    """
+    if columns.header_again:
+        raise LogError(
+            f"Line {columns.header_again} of {path} is its header again, and without a column of time nothing "
+            "tells whether a new recording begins there: expected is one recording a file. Cut the file there."
+        )
+    return np.asarray((columns.rows - columns.rows[0]) / rate)
+
+
+def _skipped(part: Mapping[str, Array], mapping: LogMapping) -> int:
+    """How many samples the mapping skips at the beginning of a recording."""
+    return int(np.searchsorted(part["time"], part["time"][0] + mapping.skip - 1e-9))
+
+
+def _from(part: Mapping[str, Array], begin: int) -> dict[str, Array]:
+    """A recording from a sample on."""
+    return {name: values[begin:] for name, values in part.items()}
+
+
+def _worked_out(episodes: Sequence[Episode]) -> str:
+    """What was not measured, each with how well it is known in the worst of the episodes."""
+    worst: dict[str, Estimated] = {}
+    for each in (each for episode in episodes for each in episode.estimated):
+        worst[each.channel] = max(worst.get(each.channel, each), each, key=lambda known: known.sd)
+    return ", ".join(f"{each.channel} ({_accuracy(each)})" for each in worst.values())
 
 
 def _accuracy(of: Estimated) -> str:
@@ -137,10 +151,8 @@ def _accuracy(of: Estimated) -> str:
 
 def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
     """What the checks look at: signals as measured, at the log's own period."""
-    begin = min(
-        int(np.searchsorted(signals["time"], signals["time"][0] + mapping.skip - 1e-9)), len(signals["time"]) - 8
-    )
-    rest = {name: values[max(begin, 0) :][:_LOOKED_AT] for name, values in signals.items() if name != FILLED}
+    begin = max(min(_skipped(signals, mapping), len(signals["time"]) - 8), 0)
+    rest = {name: values[:_LOOKED_AT] for name, values in _from(signals, begin).items() if name != FILLED}
     commands = _commands(rest, 1, mapping)
     rest = {name: values[: len(commands) + 1] for name, values in rest.items()}
     whole = {name: values for name, values in rest.items() if " " not in name}
@@ -201,14 +213,21 @@ def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
 
 
 def _every(path: Path, period: float, wanted: float | None) -> int:
-    """How many samples of the log make a control period."""
-    if wanted is None:
-        return 1
-    every = round(wanted / period)
-    if every < 1 or abs(every * period / wanted - 1.0) > _SAME_PERIOD:
+    """How many samples of the log, one each `period` [s], make a control period of `wanted` [s]; None: one.
+
+    Raises:
+        LogError: no whole number of them does, or no robot has such a control period.
+    """
+    every = 1 if wanted is None else round(wanted / period)
+    if wanted is not None and (every < 1 or abs(every * period / wanted - 1.0) > _SAME_PERIOD):
         raise LogError(
             f"{path} has a sample every {period:.6g} s, of which a control period of {wanted:g} s is no multiple. "
             "Give period=null to keep the log's own, or a multiple of it."
+        )
+    if not _PERIODS[0] <= every * period <= _PERIODS[1]:
+        raise LogError(
+            f"{path} has a sample every {period:.3g} s; expected is a control period from {_PERIODS[0]:g} to "
+            f"{_PERIODS[1]:g} s. Is the unit of the time right?"
         )
     return every
 
