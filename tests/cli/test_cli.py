@@ -104,6 +104,9 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
         ("~seed", "sim-collect reads seed, which the configuration does not have. Was it taken away by ~seed"),
         ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : ( ) [ ] { } in quotes"),
         ("hydra.run.dir=Läufe", "with any of = , : ( ) [ ] { }, or with letters such as ä, in quotes"),
+        ("policy=~/runs", "~ stands for your home folder only where a word begins. Write $HOME in its place"),
+        ("hydra.run.dir=~", "hydra.run.dir=~ is in a folder that is called ~, and not in your home folder."),
+        ("hydra.run.dir='~/a'", "hydra.run.dir='~/a' is in a folder that is called ~, and not in your home folder."),
         ("hydra.run.dir=", "hydra.run.dir= names no folder. Is a variable of the shell empty?"),
     ],
 )
@@ -204,6 +207,14 @@ def test_an_error_of_ours_is_one_line_and_exit_code_1(stage, capsys):
     stage.main = fail
     assert main(["sim-collect"]) == 1
     assert only_error(capsys) == "no robot on that port"
+
+
+def test_a_working_directory_that_is_gone_is_named(tmp_path):
+    program = f"import os, sys; os.rmdir({str(tmp_path)!r}); from twbal.cli.main import main;"
+    words = [sys.executable, "-c", f"{program} sys.exit(main(['export', 'episodes=x']))"]
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=environment())
+    assert (done.returncode, done.stderr.count("\n")) == (1, 1)
+    assert "Cannot find the working directory" in done.stderr
 
 
 @pytest.mark.parametrize(

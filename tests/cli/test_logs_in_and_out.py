@@ -317,6 +317,16 @@ def test_an_acceleration_from_measured_rates_is_known_no_better_than_their_noise
     assert known.sd == pytest.approx(0.15 * 0.1 * np.sqrt(2.0) / PERIOD, rel=0.2)  # of wheels of 0.15 m
 
 
+def test_logs_beside_a_manifest_of_another_version_are_pointed_to(run, episode, tmp_path):
+    manifest = tmp_path / "imported" / "manifest.json"
+    manifest.write_text(json.dumps({**json.loads(manifest.read_text()), "later": 1}))
+    code, _, said = run("export", f"episodes={tmp_path / 'imported'}")
+    assert code == 1
+    assert "is no manifest of this version of twbal (manifest has the unknown field 'later'" in said
+    assert f"Give {episode.parent} to use the logs as they are." in said
+    assert run("export", f"episodes={episode.parent}")[0] == 0
+
+
 def test_where_no_file_can_be_imported_nothing_is_made(run, tmp_path):
     for name in ("a", "b"):
         (tmp_path / f"{name}.csv").write_text(text(columns(28)))

@@ -7,7 +7,7 @@ from pathlib import Path
 from omegaconf import DictConfig
 
 from twbal.cli.console import say
-from twbal.cli.manifest import read_manifest
+from twbal.cli.manifest import MANIFEST, read_manifest
 from twbal.cli.typed_config import recorded
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import DataError, LogError
@@ -87,10 +87,16 @@ def say_duplicates(files: Sequence[Path]) -> None:
 def _logs_in(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
-    made_by = read_manifest(source)
+    inside = source / "episodes"
+    try:
+        made_by = read_manifest(source)
+    except DataError as error:
+        use = f"Give {inside} to use the logs as they are." if inside.is_dir() else "Without it the logs can be read."
+        raise LogError(
+            f"{source / MANIFEST} is no manifest of this version of twbal ({error.__cause__}) {use}"
+        ) from error
     if made_by is not None and made_by.stage == "import-log" and not made_by.complete:
         raise LogError(f"{source} is not complete: twbal import-log was ended in its midst. Run that command again.")
-    inside = source / "episodes"
     files = sorted((inside if inside.is_dir() else source).glob("*.mcap"))
     if not files:
         what = "has no episode logs (*.mcap), nor has an episodes/ in it" if source.is_dir() else "is not there"

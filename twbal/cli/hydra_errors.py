@@ -25,6 +25,7 @@ _EFFECTS = "sim.effects."
 _DEFAULTS = "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]`."
 _SIMULATIONS = "sim/"
 _HYDRAS_OWN = re.compile(r"_[a-z]+_")
+_HOME = "Write $HOME in its place, in double quotes or none, and the shell fills it in."
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
@@ -64,6 +65,19 @@ def explained(error: Exception, stage: str, in_python: bool = False) -> TwbalErr
     if gone:
         return ConfigError(_gone(gone.group(1) or gone.group(2), error, stage))
     return ConfigError(_plain(error))
+
+
+def refuse_folder(word: str) -> None:
+    """Refuse a word that names a folder for results which cannot be meant: none, or one that is called ~.
+
+    Raises:
+        ConfigError: it cannot.
+    """
+    value = word.partition("=")[2]
+    if not value:
+        raise ConfigError(f"{word} names no folder. Is a variable of the shell empty?")
+    if re.match(r"""['"]?~(/|['"]?$)""", value):
+        raise ConfigError(f"{word} is in a folder that is called ~, and not in your home folder. {_HOME}")
 
 
 def _where(stage: str, in_python: bool) -> str:
@@ -158,9 +172,11 @@ def _of_folder(group: str, choice: str, folder: str, in_python: bool) -> str:
 
 
 def _no_override(word: str, in_python: bool) -> str:
-    key, equals, _ = word.partition("=")
+    key, equals, value = word.partition("=")
     if not equals:
         return f"{word!r} is not an override; expected key=value."
+    if value.startswith("~"):
+        return f"{word!r} is not an override: ~ stands for your home folder only where a word begins. {_HOME}"
     foreign = "".join(dict.fromkeys(letter for letter in word if letter.isalpha() and not letter.isascii()))
     also = f", or with letters such as {foreign}," if foreign else ""
     kept = "" if in_python else " that the shell does not take away"

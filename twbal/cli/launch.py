@@ -13,11 +13,10 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
-from twbal.cli.hydra_errors import explained, refused_by_hydra, unreadable_yaml
+from twbal.cli.hydra_errors import explained, refuse_folder, refused_by_hydra, unreadable_yaml
 from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated, with_job_folders
-from twbal.core.errors import ConfigError
 
 _FLAGS_WITH_A_VALUE = (
     *("--cfg", "-c", "--info", "-i", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn"),
@@ -37,9 +36,9 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         TwbalError: the configuration, the stage or a job of a sweep failed.
         SystemExit: a flag of Hydra's ended the run.
     """
-    empty = next((word for word in words if word in ("hydra.run.dir=", "hydra.sweep.dir=")), None)
-    if empty is not None:
-        raise ConfigError(f"{empty} names no folder. Is a variable of the shell empty?")
+    for word in words:
+        if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=")):
+            refuse_folder(word)
     name = stage.replace("-", "_")
     words = with_sheet_folder(words)
     sys.argv = [program, *_overrides_first(with_job_folders(with_files(words)))]

@@ -81,7 +81,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:  # such as a disk that is full, or a file in the place of the run folder
         _trace(error)
         what, advice = "write the output", "Is there room on the disk?"
-        if error.filename is not None:
+        if isinstance(error, FileNotFoundError) and error.filename is None:
+            what, advice = "find the working directory", "Was it removed? Change into one that is there."
+        elif error.filename is not None:
             what, advice = f"use {error.filename}", "Is a file where a folder belongs, or may you not write there?"
         print(f"twbal: error: Cannot {what}: {error.strerror or error}. {advice}", file=sys.stderr)
         _drop_output()

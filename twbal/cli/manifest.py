@@ -249,4 +249,7 @@ def _other_work(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], b
         what = "other inputs"
     else:
         what = f"another version of twbal ({before.versions.get('twbal')}, or of its source code)"
-    return f"Folder {step.out} holds the work of {what}, which is kept. Choose another one by hydra.run.dir=..."
+    return (
+        f"Folder {step.out} holds the work of {what}, which is kept. Choose another one by hydra.run.dir=..., or for a "
+        "sweep by hydra.sweep.dir=..."
+    )
