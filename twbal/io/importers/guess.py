@@ -76,8 +76,6 @@ class _Proposal:
             said = ""
         elif is_assumed:
             self.unknown_units.append(quantity)
-        sources = ", ".join(column.source for column in columns)
-        sources = f"[{sources}]" if len(columns) > 1 else sources
         scaled = f", scale: {scale}" if scale else ""
         if wrap := _wrap_of(quantity, columns, unit):
             scaled += f", wraps: {wrap:.10g}"
@@ -85,7 +83,7 @@ class _Proposal:
         comment = "; ".join(text for text in (why, said) if text)
         names = " and ".join(column.name or "without a name" for column in columns)
         text = f"{names}{': ' if comment else ''}{comment}"
-        self.lines[quantity] = f"{{from: {sources}, unit: {unit}{scaled}}}  # {text}"
+        self.lines[quantity] = f"{{from: {_sources(columns)}, unit: {unit}{scaled}}}  # {text}"
 
     def leave(self, quantity: str, reason: str) -> None:
         """Leave a quantity for a person to fill in."""
@@ -95,6 +93,12 @@ class _Proposal:
     def drop(self, quantity: str, reason: str = "") -> None:
         """Say that a log does not have a quantity."""
         self.lines[quantity] = f"null{'  # ' if reason else ''}{reason}"
+
+
+def _sources(columns: Sequence[Column]) -> str:
+    """One column or several, as `from` of a mapping names them."""
+    sources = ", ".join(column.source for column in columns)
+    return f"[{sources}]" if len(columns) > 1 else sources
 
 
 def _wrap_of(quantity: str, columns: Sequence[Column], unit: str) -> float | None:
@@ -272,8 +276,7 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
     is_counted = is_whole and (largest > _WHOLE_PERCENT or any("pwm" in column.meaning.stem for column in duty))
     is_named_percent = all(column.meaning.unit == "%" for column in duty)
     is_percent = is_named_percent or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted)
-    sources = ", ".join(column.source for column in duty)
-    sources = f"[{sources}]" if len(duty) > 1 else sources
+    sources = _sources(duty)
     proposal.duty = sources, full_duty(duty, is_percent, is_counted)
     if is_percent:
         names = " and ".join(column.name for column in duty)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twbal.core.errors import LogError
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.core.time_base import LATE, places_of
 from twbal.io.importers.columns import Columns
 
@@ -19,8 +19,6 @@ _CLOCK = 2e-4  # share to which a period that was measured is known at best: so 
 _LOOSEST = 5e-3  # and at worst
 _FAR = 5  # periods from which on a step is a gap and no jitter
 _DIGITS = 12  # of a period or a rate that are tried
-
-
 _EVEN = 0.25  # share of a step by which even ones differ at most
 _SORT = "In order of time its rows are evenly apart: were they swapped? Sort the file by that column."
 _OTHER = "Is another column the time, or is its unit wrong?"
@@ -94,30 +92,17 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
     typical = float(np.median(steps[steps > 0]))
     repeated = np.concatenate([[False], steps == 0])
     if repeated.any():
-        where = columns.lines[np.argmax(repeated)]
-        same = bool((columns.values[1:][repeated[1:]] == columns.values[:-1][repeated[1:]]).all())
-        count = int(repeated.sum())
-        told, repeat, are = ("1 row", "repeats", "is") if count == 1 else (f"{count} rows", "repeat", "are")
-        what = f"that {repeat} the one before" if same else "whose time is that of the one before"
-        notes.append(f"{told} {what} {are} left out, the first in {columns.row} {where}")
+        notes.append(_repeats(columns, repeated))
     kept = np.flatnonzero(~repeated)
     time = time[kept]
     steps = np.diff(time)
-    back = np.flatnonzero(steps < 0)
-    if len(back) > max(1, _MOST_BACKWARD * len(steps)):
-        line = columns.lines[kept[back[0] + 1]]
-        jitters = float(np.median(-steps[back])) < 2 * typical
-        raise LogError(
-            f"In {path} time runs backwards {len(back)} times, first in {columns.row} {line} "
-            f"({time[back[0]]:g} s, then {time[back[0] + 1]:g} s). "
-            + (_SORT if _is_out_of_order(time) else _evenly(steps, typical) if jitters else _OTHER)
-        )
+    lines = columns.lines[kept]
+    _check_forward(path, time, typical, lines, columns.row)
     missing = np.round(steps / typical).astype(int) - 1
     cuts = np.flatnonzero((steps < 0) | (missing > fill))
     for cut in cuts[:3]:
-        line = columns.lines[kept[cut + 1]]
         why = "time runs backwards" if steps[cut] < 0 else f"{missing[cut]} samples are missing"
-        notes.append(f"{why} before {columns.row} {line}: a new recording begins there")
+        notes.append(f"{why} before {columns.row} {lines[cut + 1]}: a new recording begins there")
     if len(cuts) > 3:
         notes.append(f"and so in {len(cuts) - 3} more places")
     filled = int(missing[(missing > 0) & (missing <= fill)].sum())
@@ -137,6 +122,40 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
             notes.append(note)
     parts = [_filled({name: values[part] for name, values in signals.items()}, typical, are_few) for part in rows]
     return SampledParts(parts, period, notes, doubts)
+
+
+def _repeats(columns: Columns, repeated: Mask) -> str:
+    """A note on rows whose time is that of the row before, (n,)."""
+    same = bool((columns.values[1:][repeated[1:]] == columns.values[:-1][repeated[1:]]).all())
+    count = int(repeated.sum())
+    told, repeat, are = ("1 row", "repeats", "is") if count == 1 else (f"{count} rows", "repeat", "are")
+    what = f"that {repeat} the one before" if same else "whose time is that of the one before"
+    return f"{told} {what} {are} left out, the first in {columns.row} {columns.lines[np.argmax(repeated)]}"
+
+
+def _check_forward(path: Path, time: Array, typical: float, lines: NDArray[np.int64], row: str) -> None:
+    """Check that time runs backwards hardly ever.
+
+    Args:
+        path: of the log.
+        time: without repeated rows (n,).
+        typical: step [s].
+        lines: of the rows in the file (n,).
+        row: what a row is called.
+
+    Raises:
+        LogError: it does so more often.
+    """
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0)
+    if len(back) > max(1, _MOST_BACKWARD * len(steps)):
+        first = back[0]
+        jitters = float(np.median(-steps[back])) < 2 * typical
+        raise LogError(
+            f"In {path} time runs backwards {len(back)} times, first in {row} {lines[first + 1]} "
+            f"({time[first]:g} s, then {time[first + 1]:g} s). "
+            + (_SORT if _is_out_of_order(time) else _evenly(steps, typical) if jitters else _OTHER)
+        )
 
 
 def _is_out_of_order(time: Array) -> bool:
