@@ -1,5 +1,6 @@
 """A robot may be named by the path of its sheet, as in the library."""
 
+import shlex
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,9 @@ def test_a_sheet_is_a_choice_of_its_folder(sheet):
     assert with_sheet_folder([f"robot={sheet}", "seed=1", "--config-dir=my_conf"]) == chosen
     absolute = [f"robot={sheet.resolve()}", "-cd", "my_conf"]
     assert with_sheet_folder(absolute) == ["robot=mine", "-cd", "my_conf"]
+    assert with_sheet_folder([f"robot='{sheet}'", "seed=1"]) == chosen
+    other = sheet.rename(sheet.with_name("über.yaml"))
+    assert with_sheet_folder([f'robot="{other}"', "-cd=my_conf"]) == ["robot='über'", "-cd=my_conf"]
     assert with_sheet_folder(chosen) == chosen
     assert with_sheet_folder(["sim=a.yaml", "robot=paper"]) == ["sim=a.yaml", "robot=paper"]
 
@@ -36,6 +40,12 @@ def test_its_values_are_those_of_the_file_and_the_next_command_finds_it_too(shee
     assert f"--config-dir={sheet.parents[1].resolve()}" in said and "robot=mine" in said
     assert main(["lqr", "--config-dir=my_conf", "robot=mine", "hydra.run.dir=by_name"]) == 0
     assert Path("by_path/policy.pt").read_bytes() == Path("by_name/policy.pt").read_bytes()
+
+
+def test_the_next_command_has_the_search_path_that_was_given(sheet, capsys):
+    assert main(["lqr", f"hydra.searchpath=['file://{Path.cwd()}/my_conf']", "robot=mine", "hydra.run.dir=out"]) == 0
+    (following,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("next ")]
+    assert f"hydra.searchpath=['file://{Path.cwd()}/my_conf']" in shlex.split(following)
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,13 @@ def test_the_end_of_a_sweep_has_one_line_a_job(place, capsys):
     assert f"{place(1).name}   done" in told
 
 
+def test_jobs_without_hidden_files_are_listed(tmp_path, place):
+    assert main(command("seed=1,-2", "hydra.output_subdir=null")) == 1
+    first, second = job_lines(tmp_path / "sweep")
+    assert first.startswith(f"  {place(-2).name}  failed: ")
+    assert second == f"  {place(1).name}   done"
+
+
 def test_runs_of_iterate_are_told_by_their_best_policy(tmp_path):
     from test_compare import summary
 

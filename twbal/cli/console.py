@@ -43,11 +43,12 @@ def run_folder() -> Path:
 
 
 def configuration_flags() -> list[str]:
-    """The flags by which this run was given configuration of the user's own."""
+    """The words by which this run was given configuration of the user's own."""
     sources = [(source.provider, source.path) for source in HydraConfig.get().runtime.config_sources]
     replaced = [f"--config-path={path}" for who, path in sources if who == "main" and Path(path) != conf_folder()]
     added = [f"--config-dir={path}" for who, path in sources if who == "command-line"]
-    return replaced + added
+    searched = [word for word in HydraConfig.get().overrides.hydra if word.startswith("hydra.searchpath=")]
+    return replaced + added + searched
 
 
 def chosen_overrides(*groups: str) -> str:

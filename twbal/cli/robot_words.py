@@ -1,12 +1,15 @@
 """A robot by the path of its sheet: `robot=my_conf/robot/my_robot.yaml` for `--config-dir=my_conf robot=my_robot`."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.errors import ConfigError
 
-_KEY, _ENDINGS = "robot=", (".yaml", ".yml")
+_SHEET = re.compile(r"""robot=(['"]?)(.*\.ya?ml)\1""")
+"""Maybe with quotes about the path, which Hydra takes about any text."""
 _FOLDER = "robot"  # in which Hydra looks for the choices of a group
 _FLAGS = ("--config-dir", "-cd")
 
@@ -20,10 +23,10 @@ def with_sheet_folder(words: Sequence[str]) -> list[str]:
     Raises:
         ConfigError: there is no such file, it cannot be chosen where it lies, or another folder is given besides.
     """
-    paths = [word for word in words if word.startswith(_KEY) and word.endswith(_ENDINGS)]
+    paths = {word: found.group(2) for word in words if (found := _SHEET.fullmatch(word))}
     if not paths:
         return list(words)
-    sheet = Path(paths[-1].removeprefix(_KEY))
+    sheet = Path(list(paths.values())[-1])
     _check(sheet)
     folder = sheet.parent.parent
     given = _given_folder(words)
@@ -33,7 +36,7 @@ def with_sheet_folder(words: Sequence[str]) -> list[str]:
             f"move the sheet into {given / _FOLDER}."
         )
     flags = [] if given is not None else [f"--config-dir={folder}"]
-    return [f"{_KEY}{sheet.stem}" if word in paths else word for word in words] + flags
+    return [f"robot={text(sheet.stem)}" if word in paths else word for word in words] + flags
 
 
 def _check(sheet: Path) -> None:

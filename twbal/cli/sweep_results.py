@@ -7,7 +7,12 @@ from twbal.core.errors import DataError
 FAILURE = "failure.log"
 """In the folder of a job that failed: its overrides, what went wrong, and which sweep it was of, one line each."""
 
-_HYDRA, _SUMMARY = ".hydra", "summary.json"
+_SUMMARY = "summary.json"
+_OF_A_JOB = (
+    ".hydra",
+    "manifest.json",
+    FAILURE,
+)  # one of these is in each job's folder; hidden ones are not always copied
 _LONGEST = 100  # characters of what went wrong
 
 
@@ -18,7 +23,7 @@ def job_lines(sweep: Path) -> list[str]:
         sweep: its folder.
     """
     folders: list[Path] = []
-    for folder in sorted(path.parent for path in sweep.glob(f"*/**/{_HYDRA}")):
+    for folder in sorted({path.parent for path in sweep.glob("*/**/*") if path.name in _OF_A_JOB}):
         if not any(job in folder.parents for job in folders):
             folders.append(folder)
     names = [str(folder.relative_to(sweep)) for folder in folders]
