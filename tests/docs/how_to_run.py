@@ -274,7 +274,7 @@ TABLE: Mapping[str, How] = {
     "python -m pytest tests/link/conformance --robot=/dev/ttyUSB0": _TRIED,
     f"python -m pytest tests/link/conformance --robot='{_PERL_ROBOT}'": _TRIED,
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
-    "python scripts/settings.py": Elsewhere(("tests/docs/test_settings_page.py", 'written["page"]()'), "writes a page"),
+    "python scripts/settings.py": Elsewhere(("tests/docs/test_settings_page.py", '["page"]()'), "writes a page"),
     "python scripts/protocol.py": Elsewhere(("tests/link/test_header.py", 'SCRIPT["header"]()'), "writes files"),
     "python scripts/robots.py": Elsewhere(("tests/docs/test_robots_page.py", 'written["page"]()'), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),
