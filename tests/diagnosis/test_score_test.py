@@ -68,3 +68,15 @@ def test_what_a_usual_size_would_have_gained_is_what_it_gains_where_it_is(paper,
     gained = float(fits[1].white @ fits[1].white - present @ present)
     assert gained > 1000.0
     assert 0.25 < said.detectability / gained < 4.0  # to first order, and the other robot takes another course
+
+
+def test_a_limit_between_one_that_changes_nothing_and_one_that_is_too_low_is_found(paper):
+    """Commands reach 6.2 N·m: of the limits that are tried on every robot, 7 changes nothing and 5 does harm."""
+    (candidate,) = (each for each in candidates_for(paper) if each.name == "torque_saturation")
+    limited = synthetic_recording(paper, {"torque_saturation": {"limit": 5.4}}, seed=3, periods=900, tolerance=0.0)
+    data = Data([limited], 10)
+    model = Model(planar_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    kalman = data.filter(model)
+    (found,) = score_candidates(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), [candidate])
+    assert found.gain > 50.0
+    assert found.model.value("torque_saturation_limit") == pytest.approx(5.4, rel=0.01)

@@ -227,6 +227,7 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
     monkeypatch.setattr(name, "is_doubtful", lambda chosen, settings: True)
     for stage, found in (("select", once), ("search_again", twice)):
         monkeypatch.setattr(name, stage, lambda *arguments, found=found: select.Selection(BASE, (), found))
+    monkeypatch.setattr(name, "grown", lambda problem, selection, progress: selection)
     monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
     found = name._search(problem(), lambda line: None)
     assert (found.chosen is twice) is is_taken

@@ -15,6 +15,7 @@ from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
+from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import with_likeliest
 from twbal.diagnosis.model_comparison import compare_models
@@ -143,6 +144,7 @@ def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:
         is_kept = selection.chosen.candidates and may_be_a_finding(selection.chosen, settings)
         if not (is_kept and again.chosen.at_bound):
             selection = again
+    selection = grown(problem, selection, progress)
     return with_likeliest(problem, selection, probabilities(selection, settings), progress)
 
 

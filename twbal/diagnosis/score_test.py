@@ -25,7 +25,9 @@ _LIMITS = (
     *(0.05, 0.03, 0.015, 0.005, 0.0015, 0.0005, 0.00015),
 )
 """Shares of the highest value at which a limit is tried."""
+_BETWEEN = 3  # values that are tried between the least limit that changes nothing and the next one
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
+_IDLE = 1e-6  # squared change of the whitened errors below which a value changes nothing
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
@@ -94,6 +96,18 @@ def _sizes(candidate: Candidate) -> tuple[float, ...]:
     return tuple((size.none - share * size.high) / (size.none - size.start) for share in _LIMITS)
 
 
+def _sizes_above(candidate: Candidate, size: float) -> list[float]:
+    """Sizes at which a limit is tried between the one that changed something and the one before, evenly by ratio."""
+    sizes = _sizes(candidate)
+    before = sizes.index(size) - 1
+    if before < 0:
+        return []
+    limit = candidate.parameters[0]
+    high, low = (limit.none + each * (limit.start - limit.none) for each in (sizes[before], size))
+    values = np.geomspace(high, low, _BETWEEN + 2)[1:-1]
+    return [float(value - limit.none) / (limit.start - limit.none) for value in values]
+
+
 def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCandidate:
     """Try several sizes of a candidate, shares of the way from none to its start.
 
@@ -122,7 +136,9 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         pull = frozen.T @ change
         return float(change @ change - pull @ normal @ pull)
 
-    for size in (*((0.0,) if own else ()), *_sizes(candidate)):
+    sizes = [*((0.0,) if own else ()), *_sizes(candidate)]
+    is_idle = candidate.parameters[0].is_limit and not own  # nothing that was tried has changed anything
+    for size in sizes:
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
         tried = fit.model.put(values)
         white = data.white(tried, fit.kalman)
@@ -130,9 +146,12 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
             continue
         change = white - fit.white
         power = power_of(change)
+        if is_idle and power > _IDLE:
+            is_idle = False
+            sizes += _sizes_above(candidate, size)
         slope = -float(change @ fit.white)
         small = abs(size) <= _SMALL and not own
-        predicted = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
+        predicted = slope**2 / power if small and slope > 0.0 and power > _IDLE else 0.0
         cost = float(white @ white)
         gain = max(gain, freed + predicted, freed + float(fit.white @ fit.white) - cost)
         if size == 1.0:

@@ -13,7 +13,7 @@ from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Data, FreeParameter, Model
 
-_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
+_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 12, 5, 18
 _BEGIN = 0.3  # share of their start values at which several effects begin at once
 _MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
 
@@ -271,38 +271,51 @@ def without_redundant(
         chosen: the set.
         base: the data sheet refitted, which is left where none is of use.
         afresh: whether what is left is fitted from the data sheet as it was, too: the way from the larger set may be
-            barred.
+            barred. Where something is redundant anyway, only the set without that is.
         rounds: to which the sets with one candidate less are added.
     """
-    settings, lines = problem.settings, problem.settings.lines
     while chosen.candidates:
-        autocorrelation = min(chosen.autocorrelation, lines.whiteness)
-        too_many = len(chosen.effects) > settings.max_effects
-        lighter = in_threads(partial(_one_less, problem, chosen, base, afresh), chosen.candidates)
+        lighter = in_threads(partial(_one_less, problem, chosen, base), chosen.candidates)
+        redundant = _redundant(problem, chosen, lighter)
+        if afresh:
+            fewer = [lighter.index(min(redundant, key=lambda w: w.bic))] if redundant else range(len(lighter))
+            for i, anew in zip(fewer, in_threads(partial(_anew, problem), [lighter[i] for i in fewer]), strict=True):
+                lighter[i] = anew
+            redundant = _redundant(problem, chosen, lighter)
         if rounds is not None:
             rounds.append(Round(chosen, [], lighter))
-        redundant = [
-            less
-            for less, candidate in zip(lighter, chosen.candidates, strict=True)
-            if (less.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
-            or too_many
-            or chosen.size_of(candidate) < lines.least
-        ]
         if not redundant:
             break
         chosen = min(redundant, key=lambda w: w.bic)
     return chosen
 
 
+def _redundant(
+    problem: Problem, chosen: FittedHypothesis, lighter: Sequence[FittedHypothesis]
+) -> list[FittedHypothesis]:
+    """Of a set without each of its candidates, in their order, those in which nothing is lost that is worth naming."""
+    settings, lines = problem.settings, problem.settings.lines
+    autocorrelation = min(chosen.autocorrelation, lines.whiteness)
+    too_many = len(chosen.effects) > settings.max_effects
+    return [
+        less
+        for less, candidate in zip(lighter, chosen.candidates, strict=True)
+        if (less.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
+        or too_many
+        or chosen.size_of(candidate) < lines.least
+    ]
+
+
 def _one_less(
-    problem: Problem, chosen: FittedHypothesis, base: FittedHypothesis, afresh: bool, candidate: Candidate
+    problem: Problem, chosen: FittedHypothesis, base: FittedHypothesis, candidate: Candidate
 ) -> FittedHypothesis:
-    """The better fit of a set without one of its candidates; arguments as of `without_redundant`."""
-    rest = [other for other in chosen.candidates if other is not candidate]
-    if not rest:
-        return base
-    lighter = without(problem, chosen, candidate)
-    return min(lighter, problem.fit_at_once(rest), key=lambda w: w.bic) if afresh else lighter
+    """A set without one of its candidates."""
+    return without(problem, chosen, candidate) if len(chosen.candidates) > 1 else base
+
+
+def _anew(problem: Problem, less: FittedHypothesis) -> FittedHypothesis:
+    """The better fit of a set: as it is, or from the data sheet as it was."""
+    return min(less, problem.fit_at_once(less.candidates), key=lambda w: w.bic) if less.candidates else less
 
 
 def without(problem: Problem, chosen: FittedHypothesis, candidate: Candidate) -> FittedHypothesis:
