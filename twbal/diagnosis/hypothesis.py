@@ -14,9 +14,8 @@ from twbal.planar.actuation import equivalent_gain
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, refit
 
-_ITERATIONS, _NOISE_ITERATIONS = 1, 4  # of values and of noise, in each round
-_FIRST_ITERATIONS = 2  # of values, in a fit without rounds
-FULL_ROUNDS = 9  # of values and noise in turn, in the fit of a candidate
+_ITERATIONS, _NOISE_ITERATIONS = 4, 12  # of values and of noise, in each round; fewer end in other optima
+FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
 _CLOSE, _NEAR = 0.5, 50.0  # share of the best gain, and -2 log likelihood, within which the noise is fitted, too
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _OF_BOUND = 0.1  # of a limit's low bound, within which it has run there
@@ -145,8 +144,7 @@ def fit_hypothesis(
     """
     own = [free for candidate in candidates for free in candidate.free_parameters]
     free_parameters = [free for free in always if free.field not in {o.field for o in own}] + own
-    iterations = _ITERATIONS if rounds else _FIRST_ITERATIONS
-    fit = refit(data, model, free_parameters, rounds, iterations, _NOISE_ITERATIONS)
+    fit = refit(data, model, free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     kalman = data.filter(fit.model)
     errors = data.errors(fit.model, kalman)
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):

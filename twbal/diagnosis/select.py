@@ -13,7 +13,7 @@ from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Data, FreeParameter, Model
 
-_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 12, 5, 18
+_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
 _BEGIN = 0.3  # share of their start values at which several effects begin at once
 _MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
 

@@ -19,8 +19,8 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.select import Problem, Selection, with_kin, without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
-_SHORTLIST, _FULL_ROUNDS = 4, 3  # candidates that are fitted in each round; rounds of values and noise in turn
-_ROUNDS, _LAST_ROUNDS = 5, 12  # of values and noise in turn, of the set so far and of the last one
+_SHORTLIST, _FULL_ROUNDS = 4, 2  # candidates that are fitted in each round; rounds of values and noise in turn
+_ROUNDS, _LAST_ROUNDS = 3, 8  # of values and noise in turn, of the set so far and of the last one
 _SETTLING = 3  # fits in turn with the temperature that the last one leaves
 
 
