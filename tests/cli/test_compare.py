@@ -125,6 +125,27 @@ def test_runs_on_robots_of_other_seeds_are_not_paired(sweeps, tmp_path):
         assert all(", 0, 0.031" not in value for row in csv.DictReader(file) for value in row.values())
 
 
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ("success: {duration: 10.0}\ncost: {a: 1}\n", []),
+        ("success: {duration: 5.0}\ncost: {a: 1}\n", ["rule of success"]),
+        ("success: {duration: 5.0}\ncost: {a: 2}\n", ["rule of success", "cost function"]),
+        ("{}\n", []),
+    ],
+    ids=["alike", "another rule", "another rule and cost", "not told"],
+)
+def test_runs_that_were_judged_otherwise_are_warned_of(settings, said, sweeps, tmp_path, capsys):
+    for name, written in (("old", "success: {duration: 10.0}\ncost: {a: 1}\n"), ("new", settings)):
+        for run in (sweeps / name).iterdir():
+            (run / ".hydra").mkdir()
+            (run / ".hydra" / "config.yaml").write_text(written)
+    assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={tmp_path}"]) == 0
+    warned = [line for line in capsys.readouterr().out.splitlines() if line.startswith("WARNING: ")]
+    assert [what for what in ("rule of success", "cost function") if any(what in line for line in warned)] == said
+    assert len(warned) == len(said)
+
+
 def test_runs_without_their_hidden_files_are_told_apart_by_their_manifests(sweeps, tmp_path):
     for name, link in (("old", 1), ("new", 2)):
         for seed in range(6):

@@ -2,9 +2,11 @@
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from omegaconf import DictConfig, ListConfig
 
@@ -23,6 +25,7 @@ from twbal.viz.page import inline, render
 
 SUMMARY = "summary.json"
 _BOUNDS = Bounds(2**20, 32, 20_000)  # of a run's configuration
+_JUDGED_BY = {"success": ("rule of success", "successes"), "cost": ("cost function", "costs")}
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,9 @@ def main(cfg: DictConfig) -> None:
 
         groups = {name: [each if each in files else each.parent for each in found] for name, found in summaries.items()}
         tested = tested_policies(cfg, groups)
+    if not files:
+        for doubt in _judged_otherwise([file for found in summaries.values() for file in found]):
+            print(f"WARNING: {doubt}")
     made = (
         []
         if files
@@ -118,20 +124,32 @@ def _run(file: Path) -> Run:
     return Run((summary.robot, str(summary.seed), _link_seed(file.parent)), run_values(summary))
 
 
-def _link_seed(run: Path) -> str:
-    """The seed of a run's virtual robot, as its configuration says it; "None" where it says none.
+def _settings(run: Path) -> Any:
+    """A run's configuration, as its yaml holds it; {} where there is none.
 
     A copy of a run may be without hidden files, and so without Hydra's. Then the run's manifest is asked.
     """
     try:
-        settings = read_yaml(run / ".hydra" / "config.yaml", _BOUNDS)
+        return read_yaml(run / ".hydra" / "config.yaml", _BOUNDS)
     except FileNotFoundError:
         manifest = read_manifest(run)
-        settings = {} if manifest is None else yaml_of(manifest.settings, run / MANIFEST, _BOUNDS)
+        return {} if manifest is None else yaml_of(manifest.settings, run / MANIFEST, _BOUNDS)
+
+
+def _link_seed(run: Path) -> str:
+    """The seed of a run's virtual robot, as its configuration says it; "None" where it says none."""
     try:
-        return str(settings["link"]["seed"])
+        return str(_settings(run)["link"]["seed"])
     except (KeyError, TypeError):
         return "None"
+
+
+def _judged_otherwise(files: Sequence[Path]) -> Iterator[str]:
+    """What is not comparable between runs, by their summaries: each a sentence."""
+    every = [settings for file in files if isinstance(settings := _settings(file.parent), dict)]
+    for key, (what, judged) in _JUDGED_BY.items():
+        if len({json.dumps(settings[key], sort_keys=True) for settings in every if key in settings}) > 1:
+            yield f"the runs do not have the same {what} ({key}=...), so their {judged} do not compare"
 
 
 def _csv(names: Sequence[str], table: Sequence[Mapping[str, str]]) -> str:
