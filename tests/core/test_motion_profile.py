@@ -1,22 +1,11 @@
-import subprocess
-import sys
-from functools import partial
-from math import exp, sqrt, tanh
+from math import sqrt
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 from twbal.core.errors import ConfigError
 from twbal.core.motion_limits import MotionLimits
-from twbal.core.motion_profile import (
-    Motion,
-    MotionProfile,
-    Phase,
-    profile_to_position,
-    profile_to_speed,
-    zero_between,
-)
+from twbal.core.motion_profile import Motion, MotionProfile, Phase, profile_to_position, profile_to_speed
 
 LIMITS = MotionLimits(speed=1.0, acceleration=0.5, jerk=2.0)
 
@@ -113,32 +102,3 @@ def test_the_motion_goes_on_at_its_speed_after_the_last_phase() -> None:
 def test_limits_are_positive_and_finite(wrong: float) -> None:
     with pytest.raises(ConfigError, match=r"limit of its jerk; found"):
         MotionLimits(1.0, 1.0, wrong)
-
-
-@pytest.mark.parametrize(
-    "function",
-    [
-        lambda x, shift: x**3 - shift,
-        lambda x, shift: tanh(9 * (x - shift)) + 0.01 * (x - shift),
-        lambda x, shift: (x - shift) * abs(x - shift),
-        lambda x, shift: exp(3 * x) - exp(3 * shift),
-        lambda x, shift: 1.0 if x > shift else -1.0,
-        lambda x, shift: x,
-    ],
-    ids=["cubic", "steep", "touching", "exponential", "jump", "line"],
-)
-def test_a_zero_is_that_of_scipy_to_the_last_bit(function) -> None:
-    rng = np.random.default_rng(3)
-    for low, high, shift in rng.uniform([-1.0, 0.9, -0.6], [-0.9, 3.0, 0.6], (300, 3)).tolist():
-        expected = brentq(function, low, high, (shift,), xtol=1e-12, maxiter=1000)
-        assert zero_between(low, high, partial(function, shift=shift)) == expected
-
-
-def test_where_an_end_is_the_zero_it_is_found_at_once() -> None:
-    assert zero_between(-1.0, 2.0, lambda x: x + 1.0) == -1.0
-    assert zero_between(-1.0, 2.0, lambda x: x - 2.0) == 2.0
-
-
-def test_the_module_does_not_load_scipy() -> None:
-    script = "import sys, twbal.core.motion_profile; sys.exit('scipy' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

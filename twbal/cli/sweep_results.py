@@ -8,11 +8,7 @@ FAILURE = "failure.log"
 """In the folder of a job that failed: its overrides, what went wrong, and which sweep it was of, one line each."""
 
 _SUMMARY = "summary.json"
-_OF_A_JOB = (
-    ".hydra",
-    "manifest.json",
-    FAILURE,
-)  # one of these is in each job's folder; hidden ones are not always copied
+_OF_A_JOB = (".hydra", "manifest.json", FAILURE)  # one is in each job's folder; hidden ones are not always copied
 _LONGEST = 100  # characters of what went wrong
 
 

@@ -6,11 +6,12 @@ Haschke, Weitnauer and Ritter, On-line planning of time-optimal, jerk-limited tr
 On-Line Trajectory Generation in Robotic Systems, 2010. All phases are cubic in time, so limits hold at every instant.
 """
 
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import copysign, inf, sqrt
+from math import copysign, sqrt
 from typing import NamedTuple
+
+from scipy.optimize import brentq
 
 from twbal.core.motion_limits import MotionLimits
 
@@ -133,39 +134,4 @@ def profile_to_position(start: Motion, position: float, limits: MotionLimits) ->
         short = -beyond(speed) / speed
         if short >= 0:
             return way(speed, short)
-    return way(zero_between(-limits.speed, limits.speed, beyond))
-
-
-def zero_between(low: float, high: float, function: Callable[[float], float]) -> float:
-    """Where a function is 0 between two arguments at which it has different signs, to `_ROUNDING`.
-
-    This is Brent's method, with the same result as `scipy.optimize.brentq` to the last bit. That takes a third of a
-    second to load, and every command needs this module.
-    """
-    before, now, across = low, high, low  # the last two, and the last one at which the sign is another than now
-    at_before, at_now, at_across = function(before), function(now), 0.0
-    if at_before == 0.0:
-        return before
-    last = step = 0.0
-    while at_now != 0.0:
-        if at_before != 0.0 and (at_before < 0.0) != (at_now < 0.0):
-            across, at_across, last, step = before, at_before, now - before, now - before
-        if abs(at_across) < abs(at_now):
-            before, now, across = now, across, now
-            at_before, at_now, at_across = at_now, at_across, at_now
-        least, half = (_ROUNDING + 4 * sys.float_info.epsilon * abs(now)) / 2, (across - now) / 2
-        if abs(half) < least:
-            break
-        tried = inf
-        if abs(last) > least and abs(at_now) < abs(at_before):
-            if before == across:  # by the secant
-                tried = -at_now * (now - before) / (at_now - at_before)
-            else:  # by an inverse parabola
-                rise, other = (at_before - at_now) / (before - now), (at_across - at_now) / (across - now)
-                below = other * rise * (at_across - at_before)
-                tried = -at_now * (at_across * other - at_before * rise) / below if below else inf
-        last, step = (step, tried) if 2 * abs(tried) < min(abs(last), 3 * abs(half) - least) else (half, half)
-        before, at_before = now, at_now
-        now += step if abs(step) > least else copysign(least, half)
-        at_now = function(now)
-    return now
+    return way(float(brentq(beyond, -limits.speed, limits.speed, xtol=_ROUNDING)))

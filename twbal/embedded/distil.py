@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
@@ -48,8 +49,6 @@ def distilled(policy: SavedPolicy, basis: int, states: Array) -> RbfPolicy:
     Raises:
         ConfigError: it is no network of basis functions, or has no more of them.
     """
-    from scipy.optimize import least_squares  # loads slowly, and few policies are made smaller
-
     used = _checked(policy, basis)
     assert isinstance(policy, RbfPolicy)
     gaps = (states[:, None, :] - policy.centres[used]) / policy.lengths

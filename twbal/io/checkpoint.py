@@ -9,7 +9,6 @@ import pickle
 import re
 import sys
 import zipfile
-from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ import numpy as np
 
 from twbal.core.errors import CheckpointError
 from twbal.core.files import read_bounded, write_atomically
-from twbal.io.plain_tensors import read_plain
 
 FORMAT = "twbal checkpoint"
 SCHEMA_VERSION = 1
@@ -132,10 +130,12 @@ def _check_extent(content: Any, size: int, path: Path) -> None:
     A pickle may name the same list many times, in a list that is named many times, and a tensor may have any shape
     over a single number.
     """
+    import torch
+
     ahead, extent = [(content, 0)], 0
     while ahead:
         value, depth = ahead.pop()
-        extent += value.numel() * value.element_size() if _is_tensor(value) else getattr(value, "nbytes", 1)
+        extent += value.numel() * value.element_size() if isinstance(value, torch.Tensor) else 1
         if extent > size or depth > _DEEPEST:
             raise CheckpointError(
                 f"Checkpoint {path} holds more than its {size} bytes can: values that repeat, or contain themselves. "
@@ -152,13 +152,16 @@ def _is(found: Any, expected: str | int) -> bool:
 
 def _unpack(value: Any, path: Path) -> Any:
     """`value` with its tensors as numpy arrays."""
-    if _is_tensor(value):
+    import torch
+
+    if isinstance(value, torch.Tensor):
         try:
-            value = value.numpy()
+            array = value.numpy()
         except (RuntimeError, TypeError) as error:
             raise CheckpointError(f"Checkpoint {path} holds a tensor that numpy cannot hold: {error}") from error
-    if isinstance(value, np.ndarray) and value.dtype.kind in "fiub":
-        return value
+        if array.dtype.kind in "fiub":
+            return array
+        value = array
     if type(value) in (list, tuple):
         return type(value)([_unpack(item, path) for item in value])
     if type(value) is dict and all(isinstance(key, str) for key in value):
@@ -202,15 +205,7 @@ def _read_zip(path: Path) -> bytes:
     return data
 
 
-def _is_tensor(value: Any) -> bool:
-    """Whether it is one of torch's tensors, without loading torch."""
-    return hasattr(value, "element_size")
-
-
 def _load_tensors(path: Path, data: bytes) -> Any:
-    """The content of a file, with arrays in place of tensors where it is as twbal writes it; else as torch reads it."""
-    with suppress(Exception):  # whatever it is, torch says what is wrong
-        return read_plain(data)
     import torch
 
     try:
