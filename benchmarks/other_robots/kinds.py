@@ -163,7 +163,6 @@ FOREIGN: dict[str, Kind] = {
     "quadratic_drag": Kind({"coefficient": 12.0}, "weight", lambda v: {"drag": v["coefficient"]}),
     "flexible_mast": Kind(
         {"share": 0.1},
-        machine=lambda v: {"mast_mass": v["share"], "mast_stiffness": v["own_frequency"]},  # finished by `put`
         own={"own_frequency": between(3.0, 8.0)},
     ),
     "slew_limit": Kind({"rate": 0.0}, machine=lambda v: {"slew": v["rate"]}, neutral=inf, met=0.2),
@@ -177,6 +176,18 @@ FOREIGN: dict[str, Kind] = {
 
 KNOWN_SINCE = ("quadratic_drag", "slew_limit", "friction_feedforward")
 """Of these, the ones that it has by now. They are left out where they are hidden as foreign, and so stay foreign."""
+
+FRAME: dict[str, Kind] = {
+    "flexible_frame": Kind(
+        {"share": 0.1},
+        drawn={"frequency": between(3.0, 12.0), "damping": between(0.02, 0.15), "height": between(1.4, 2.0)},
+        own={"own_hardening": _sometimes(between(0.0, 2e4))},
+    ),
+}
+"""The mast once more, of any height and damping and on a spring that may harden, since the library has it."""
+
+KNOWN_AS = {"flexible_mast": "flexible_frame"}
+"""Of what is foreign, what the library has by now by another name: it must do without that there."""
 
 SHAPES: dict[str, Kind] = {
     "cubic_friction": Kind({"cubic": 0.003}, "torque", lambda v: {"cubic": v["cubic"]}),
@@ -205,7 +216,7 @@ SHAPES: dict[str, Kind] = {
 }
 """Functions of one variable that the library does not have; for `benchmarks.free_form`, and in no stratum."""
 
-ALL = {**STRUCTURAL, **SHEET, **FOREIGN, **SHAPES}
+ALL = {**STRUCTURAL, **SHEET, **FOREIGN, **FRAME, **SHAPES}
 
 SAME = ({"com_offset", "imu_mount_angle"},)
 """Effects that no sensor of the robot tells apart, as docs/effects.md declares."""
@@ -259,15 +270,21 @@ def put(name: str, values: Values, machine: Machine, sensors: Sensors) -> tuple[
     if kind.sensors:
         sensors = _changed(sensors, kind.sensors(values))
     if name == "flexible_mast":
-        mass = values["share"] * machine.mass
-        stiffness = mass * (2.0 * pi * values["own_frequency"]) ** 2
-        machine = machine._replace(
-            mast_mass=mass,
-            mast_height=1.8 * machine.height,
-            mast_stiffness=stiffness,
-            mast_damping=2.0 * 0.05 * mass * 2.0 * pi * values["own_frequency"],
-        )
+        machine = _with_mast(machine, values["share"], values["own_frequency"], 0.05, 1.8)
+    if name == "flexible_frame":
+        machine = _with_mast(machine, *(values[key] for key in ("share", "frequency", "damping", "height")))
+        machine = machine._replace(mast_hardening=values["own_hardening"])
     return machine, sensors
+
+
+def _with_mast(machine: Machine, share: float, frequency: float, damping: float, height: float) -> Machine:
+    mass, pace = share * machine.mass, 2.0 * pi * frequency
+    return machine._replace(
+        mast_mass=mass,
+        mast_height=height * machine.height,
+        mast_stiffness=mass * pace**2,
+        mast_damping=2.0 * damping * mass * pace,
+    )
 
 
 def _changed(part: Any, changes: Mapping[str, float]) -> Any:

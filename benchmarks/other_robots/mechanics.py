@@ -49,6 +49,7 @@ class Machine(NamedTuple):
         force, frequency, force_phase: of a push at the axle. drag: over the square of the speed.
         grip: dry friction of the tyres; infinite where they roll. load: weight on the wheels [N].
         mast_mass, mast_height, mast_stiffness, mast_damping: part of the body that swings fore and aft on a spring.
+        mast_hardening: share by which that spring is stiffer, over the square of how far it is bent [1/m²].
         dead_zone, skew: half width of the driver's zone in both motors together, and by which it is wider forth.
         limit: of both motors together. gain: of torque. uneven: by which the right motor is stronger. sag: of the
             torque in a second. lag: time constant. slew: largest rate of both torques together. compensation: torque
@@ -102,6 +103,7 @@ class Machine(NamedTuple):
     mast_height: float = 0.0
     mast_stiffness: float = 0.0
     mast_damping: float = 0.0
+    mast_hardening: float = 0.0
     dead_zone: float = 0.0
     skew: float = 0.0
     limit: float = float("inf")
@@ -280,7 +282,11 @@ def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
         ww += 2.0 * spin_inertia * (b / r) ** 2
     swing = 0.0
     if m.mast_mass > 0.0:
-        swing = -m.mast_stiffness * y[MAST] - m.mast_damping * y[MAST_RATE] + m.mast_mass * GRAVITY * s
+        swing = (
+            -m.mast_stiffness * (1.0 + m.mast_hardening * y[MAST] ** 2) * y[MAST]
+            - m.mast_damping * y[MAST_RATE]
+            + m.mast_mass * GRAVITY * s
+        )
         about += m.mast_mass * GRAVITY * c * y[MAST] - m.mast_height * swing
         along -= c * swing
         vv -= m.mast_mass * c * c

@@ -10,7 +10,7 @@ from twbal.planar.motion import step
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_state import PlanarState, Turning
 
-REST = PlanarState(*(0.0,) * 10)
+REST = PlanarState(*(0.0,) * len(PlanarState._fields))
 
 
 def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0, heading=0.0):

@@ -18,16 +18,22 @@ from twbal.effects.cable_spring import CableSpring
 from twbal.effects.cogging import Cogging
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.effect import assemble
+from twbal.effects.flexible_frame import FlexibleFrame
 from twbal.effects.ground_slope import GroundSlope
 from twbal.effects.gyro_bias import GyroBias
 from twbal.effects.gyro_scale import GyroScale
 from twbal.effects.imu_delay import ImuDelay
+from twbal.effects.library import values_of
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.periodic_disturbance import PeriodicDisturbance
 from twbal.effects.rotor_inertia import RotorInertia
 from twbal.effects.tilt_filter import TiltFilter
 from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
+from twbal.planar.constants import constants
+from twbal.planar.parameters import planar_parameters
+from twbal.planar.planar_plant import drive_on, standing
+from twbal.planar.sensing import imu_settled
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.restart_state import RestartState
@@ -184,3 +190,21 @@ def test_each_start_needs_its_commands(robot):
     truth = driven(robot, [])
     with pytest.raises(DataError, match="each of 1 starts; found 2"):
         replay(robot, [], STEP, [start_at(robot, truth, 3)], np.zeros((2, 4)))
+
+
+def test_what_swings_on_the_body_goes_on_swinging(robot):
+    """The planar model tells where the part that swings is in the middle of the rollout."""
+    effects, substeps = [FlexibleFrame(0.1, 4.0, 0.02, 1.8)], round(robot.control_period / STEP)
+    truth = driven(robot, effects)
+    planar = planar_parameters(robot, values_of(effects))
+    k = constants(planar, STEP)
+    state = standing(k, -0.02, 0.0, 0.0, 0.0)
+    imu = imu_settled(k, state, 2 * substeps)
+    for n in range(FROM):
+        state = drive_on(planar, k, state, COMMANDS, n, substeps, imu).state
+    start = start_at(robot, truth, FROM)
+    swinging = replace(start, restart=start.restart._replace(sway=state.sway, sway_rate=state.sway_rate))
+    right, still = (replay(robot, effects, STEP, [s], COMMANDS[None, FROM:])[0] for s in (swinging, start))
+    moved = np.ptp(truth[FROM:, SEEN], axis=0)
+    assert (np.abs(right[:, SEEN] - truth[FROM:, SEEN]).max(axis=0) < 0.01 * moved).all()
+    assert (np.abs(still[:, SEEN] - truth[FROM:, SEEN]).max(axis=0) > 0.03 * moved).any()

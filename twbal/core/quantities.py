@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class Quantity(IntEnum):
-    """A number of a robot; in lower case, its name in `RobotParameters`, `DriveTrain` or `Ground`.
+    """A number of a robot; in lower case, its name in `RobotParameters`, `Frame`, `DriveTrain` or `Ground`.
 
     The physics engine alone has body_inertia_roll, body_inertia_yaw, wheel_inertia (of the wheels' links) and
     imbalance. The planar model alone has those from turn_inertia to slew_rate, in their place and in that of code that
@@ -50,6 +50,10 @@ class Quantity(IntEnum):
     """Fastest change of the torque that the driver asks of both motors together [N·m/s]."""
     IMBALANCE = 26
     """By which the right motor is stronger than the mean of both."""
+    SWINGING_SHARE = 27
+    SWING_FREQUENCY = 28
+    SWING_DAMPING = 29
+    SWING_HEIGHT = 30
 
 
 class Change(IntEnum):

@@ -122,6 +122,23 @@ class Joint(Protocol):
 
 
 @dataclass(frozen=True)
+class Frame:
+    """The body's frame, which may yield: a part of the body then swings fore and aft on a spring.
+
+    Attributes:
+        swinging_share: of the body's mass; 0: the frame is rigid.
+        swing_frequency: at which that part would swing if the rest of the body stood still [Hz].
+        swing_damping: damping ratio of that.
+        swing_height: of the part above the axle, over that of the body's centre of mass.
+    """
+
+    swinging_share: float = 0.0
+    swing_frequency: float = 5.0
+    swing_damping: float = 0.05
+    swing_height: float = 1.8
+
+
+@dataclass(frozen=True)
 class DriveTrain:
     """What lies between motors and wheels, friction of each wheel's joint above all.
 
@@ -174,6 +191,7 @@ class RobotModel:
     Attributes:
         robot: with the effects on the body in it.
         torque_limit: at which a command is cut, before anything else happens to it [N·m].
+        frame: of the body, and what of it swings.
         drive: friction of the joints.
         ground: what the wheels stand on.
         joints: what else happens in the joints, in that order.
@@ -184,6 +202,7 @@ class RobotModel:
 
     robot: RobotParameters
     torque_limit: float
+    frame: Frame = Frame()
     drive: DriveTrain = DriveTrain()
     ground: Ground = Ground()
     joints: tuple[Joint, ...] = ()

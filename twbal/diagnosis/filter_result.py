@@ -119,8 +119,8 @@ def error_noise(kalman: Filter) -> Array:
 
 
 def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 11), of wheels of a radius [m]; its angles run ahead by a time."""
-    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, *_ = states.T
+    """The motion in the predictor's states (T + 1, 13), of wheels of a radius [m]; its angles run ahead by a time."""
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, _, sway, sway_rate, _ = states.T
     return Trajectory(
         tilt=tilt - lead * tilt_rate,
         tilt_rate=tilt_rate,
@@ -131,6 +131,8 @@ def _trajectory(radius: float, lead: float, recording: Recording, states: Array)
         torque=torque,
         gap=rotor - wheel,
         slip=slip,
+        sway=sway,
+        sway_rate=sway_rate,
         yaw_rate=recording.yaw_rate,
         heading=recording.heading,
     )

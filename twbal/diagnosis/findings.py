@@ -29,6 +29,8 @@ class Trajectory:
         torque: that the motors make: what a lag remembers [N·m].
         gap: of the rotor within the backlash, -½ to ½ of the gap: which side it rests on [rad]; 0 without backlash.
         slip: speed of the axle beyond that of wheels which roll [m/s].
+        sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
+        sway_rate: [m/s].
         yaw_rate: as measured [rad/s].
         heading: by which the robot has turned since the recording began [rad].
     """
@@ -42,6 +44,8 @@ class Trajectory:
     torque: Array
     gap: Array
     slip: Array
+    sway: Array
+    sway_rate: Array
     yaw_rate: Array
     heading: Array
 

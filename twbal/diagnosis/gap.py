@@ -215,6 +215,8 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int
             yaw_rate=trajectory.yaw_rate[t],
             position=trajectory.position[t],
             rotor_ahead=trajectory.gap[t],
+            sway=trajectory.sway[t],
+            sway_rate=trajectory.sway_rate[t],
         ),
         past_commands=recording.commands[:t],
         past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[past],

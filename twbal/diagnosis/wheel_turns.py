@@ -93,8 +93,9 @@ def turned_angle(
     s = standing(k, 0.0, 0.0, rate * k.radius, angle)
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
     s = PlanarState(
-        s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position, torque
-    )
+        s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position, torque, s.sway,
+        s.sway_rate,
+    )  # fmt: skip
     imu = imu_settled(k, s, 2 * substeps)
     for n in range(begin, begin + length):
         s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)

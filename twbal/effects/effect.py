@@ -28,6 +28,7 @@ from twbal.core.robot_model import (
     Actuator,
     AxleMotion,
     DriveTrain,
+    Frame,
     Ground,
     JointMotion,
     JointTorque,
@@ -40,7 +41,7 @@ from twbal.core.robot_model import (
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.parameter import parameters_of
 
-Part = TypeVar("Part", RobotParameters, DriveTrain, Ground)
+Part = TypeVar("Part", RobotParameters, Frame, DriveTrain, Ground)
 
 
 class Place(IntEnum):
@@ -104,7 +105,7 @@ class Effect(ABC):
                 )
 
     def alter(self, part: Part) -> Part:
-        """Body, drive or ground for PyBullet, with the quantities changed that its parameters change."""
+        """Body, frame, drive or ground for PyBullet, with the quantities changed that its parameters change."""
         has = {field.name for field in fields(part)}
         values: dict[str, Any] = {}
         for name, parameter in parameters_of(type(self)).items():
@@ -256,13 +257,15 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
     Commands are cut at the data sheet's torque limit.
     """
     ordered = sorted(effects, key=lambda effect: (effect.place, type(effect).__name__))
-    drive, ground = DriveTrain(), Ground()
+    frame, drive, ground = Frame(), DriveTrain(), Ground()
     torque_limit = robot.torque_limit
     for effect in ordered:
-        robot, drive, ground = effect.alter(robot), effect.alter(drive), effect.alter(ground)
+        robot, frame = effect.alter(robot), effect.alter(frame)
+        drive, ground = effect.alter(drive), effect.alter(ground)
     return RobotModel(
         robot=robot,
         torque_limit=torque_limit,
+        frame=frame,
         drive=drive,
         ground=ground,
         joints=tuple(e for e in ordered if isinstance(e, JointEffect)),

@@ -1,6 +1,6 @@
 """The constants of the planar model's equations of motion, by its parameters."""
 
-from math import expm1
+from math import expm1, pi
 from typing import NamedTuple
 
 from twbal.core.compiled import kernel
@@ -9,6 +9,34 @@ from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.terms import quantities
+
+
+class Swing(NamedTuple):
+    """The part of the body that swings on a frame that yields; all 0 where the frame is rigid.
+
+    Attributes:
+        mass: m_s [kg].
+        height: h, above the axle [m].
+        stiffness: of the spring, m_s ω² [N/m].
+        damping: 2 ζ m_s ω [N·s/m].
+    """
+
+    mass: float
+    height: float
+    stiffness: float
+    damping: float
+
+
+class FilterTimes(NamedTuple):
+    """Of a complementary filter of the tilt.
+
+    Attributes:
+        rate: at which it follows the accelerometer [1/s]; 0 where there is none.
+        lead: by which the sum of the gyro in it runs ahead of the tilt [s].
+    """
+
+    rate: float
+    lead: float
 
 
 class Constants(NamedTuple):
@@ -24,6 +52,7 @@ class Constants(NamedTuple):
         radius: r [m].
         mass: M, of all [kg].
         arm: m l [kg·m].
+        swing: what of the body swings.
         rotors: J [kg·m²]; 0 without backlash.
         gap: of the backlash, full width [rad].
         slope: σ at the start [rad].
@@ -37,8 +66,7 @@ class Constants(NamedTuple):
         fade: weight of the torque at a step's start in the mean over it.
         slew: most by which the demanded torque changes in a physics step [N·m].
         imu_delay: [s].
-        filter_rate: at which a filter of the tilt follows the accelerometer [1/s].
-        filter_lead: by which the sum of the gyro in it runs ahead of the tilt [s].
+        filter: of the tilt.
         step: of the physics [s].
     """
 
@@ -51,6 +79,7 @@ class Constants(NamedTuple):
     radius: float
     mass: float
     arm: float
+    swing: Swing
     rotors: float
     gap: float
     slope: float
@@ -69,8 +98,7 @@ class Constants(NamedTuple):
     fade: float
     slew: float
     imu_delay: float
-    filter_rate: float
-    filter_lead: float
+    filter: FilterTimes
     step: float
 
 
@@ -84,6 +112,8 @@ def constants(p: PlanarParameters, step: float) -> Constants:
     time_constant = q[Quantity.MOTOR_LAG]
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     fade = lag * time_constant / step if time_constant > 0.0 else 0.0
+    swinging, pace = q[Quantity.SWINGING_SHARE] * m, 2.0 * pi * q[Quantity.SWING_FREQUENCY]
+    damping = q[Quantity.SWING_DAMPING]
     slew = q[Quantity.SLEW_RATE] * step if q[Quantity.SLEW_RATE] < UNBOUNDED else UNBOUNDED
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
@@ -95,6 +125,7 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         r,
         mass,
         m * height,
+        Swing(swinging, q[Quantity.SWING_HEIGHT] * height, swinging * pace * pace, 2.0 * damping * swinging * pace),
         2.0 * q[Quantity.ROTOR_SHARE] * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
         q[Quantity.GAP],
         q[Quantity.SLOPE],
@@ -113,7 +144,6 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         fade,
         slew,
         q[Quantity.IMU_DELAY],
-        q[Quantity.TILT_FILTER_RATE],
-        q[Quantity.TILT_FILTER_LEAD],
+        FilterTimes(q[Quantity.TILT_FILTER_RATE], q[Quantity.TILT_FILTER_LEAD]),
         step,
     )

@@ -55,7 +55,7 @@ def hold(
     reached, ramped = s.torque, s.driver_torque
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
-    row, kept = past * substeps % len(imu), exp(-k.filter_rate * k.step) if k.filter_rate > 0.0 else 1.0
+    row, kept = past * substeps % len(imu), exp(-k.filter.rate * k.step) if k.filter.rate > 0.0 else 1.0
     for i in range(substeps):
         number = past * substeps + i
         time = number * k.step
@@ -82,6 +82,8 @@ def hold(
         s.slip,
         s.position,
         ramped,
+        s.sway,
+        s.sway_rate,
     )
 
 
@@ -98,7 +100,7 @@ def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_an
     """
     wheel = wheel_angle + tilt
     turning = speed / k.radius
-    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Seen(NamedTuple):

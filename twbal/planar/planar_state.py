@@ -17,6 +17,8 @@ class PlanarState(NamedTuple):
         slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
         position: of the axle since the rollout began [m].
         driver_torque: to which the driver has come, both motors together [N·m]; of no meaning without a slew limit.
+        sway: y, by which the part of the body that swings is ahead of where a rigid frame would hold it [m].
+        sway_rate: [m/s].
     """
 
     tilt: float
@@ -29,6 +31,8 @@ class PlanarState(NamedTuple):
     slip: float
     position: float
     driver_torque: float
+    sway: float
+    sway_rate: float
 
 
 class Turning(NamedTuple):

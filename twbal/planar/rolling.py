@@ -3,7 +3,7 @@
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
-from twbal.planar.forces import forces
+from twbal.planar.forces import forces, swung
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
 
@@ -23,11 +23,13 @@ def roll(
     h = k.step
     f = forces(p, k, s, time, turning)
     loose = k.rotors > 0.0
-    a = k.a - k.rotors
-    coupling = k.b * f.leaning - k.geared
-    determinant = a * k.c - coupling * coupling
+    along, swinging = k.radius * f.leaning, k.swing.mass  # what swings takes no part in motion across the body
+    a = k.a - k.rotors - swinging * along * along
+    c = k.c - swinging * k.swing.height * k.swing.height
+    coupling = k.b * f.leaning - k.geared - swinging * along * k.swing.height
+    determinant = a * c - coupling * coupling
     inverse = 1.0 / determinant
-    w, v = k.c * inverse, -coupling * inverse  # inverse inertia: wheel by wheel, wheel by body
+    w, v = c * inverse, -coupling * inverse  # inverse inertia: wheel by wheel, wheel by body
     q = a * inverse  # body by body
     on_wheels = f.on_wheels if loose else f.on_wheels + torque
     on_body = f.on_body - torque
@@ -41,7 +43,7 @@ def roll(
     if joint > 0.0 or ground > 0.0 or loose:
         half = 0.5 * k.gap
         contact = rubbing = rolling = 0.0
-        of_joint = determinant / (a + 2.0 * coupling + k.c)  # inertia against a change of the joint's rate
+        of_joint = determinant / (a + 2.0 * coupling + c)  # inertia against a change of the joint's rate
         alone = (joint > 0.0) + (ground > 0.0) + loose == 1
         for _ in range(1 if alone else SWEEPS):
             before = contact, rolling, rubbing
@@ -55,7 +57,7 @@ def roll(
                 wheel_speed += w * change
                 tilt_rate += v * change
             if rarely(ground > 0.0):
-                change = rub(rolling, wheel_speed, determinant / k.c, ground, apart)
+                change = rub(rolling, wheel_speed, determinant / c, ground, apart)
                 rolling += change
                 wheel_speed += w * change
                 tilt_rate += v * change
@@ -67,6 +69,7 @@ def roll(
             if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
                 break
     wheel = s.wheel + h * wheel_speed
+    sway, sway_rate = swung(k, s, f.leaning, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
@@ -78,4 +81,6 @@ def roll(
         0.0,
         s.position + h * k.radius * wheel_speed,
         s.driver_torque,
+        sway,
+        sway_rate,
     )

@@ -19,7 +19,7 @@ _PER_GRAVITY = 1.0 / GRAVITY  # [s²/m]
 @kernel(is_inlined=True)
 def _misleading(k: Constants, s: PlanarState) -> float:
     """What a filter of the tilt makes an error of as it changes, and forgets at its rate; see `TiltFilter` [rad]."""
-    return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * (k.filter_rate * _PER_GRAVITY)
+    return k.filter.lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * (k.filter.rate * _PER_GRAVITY)
 
 
 @kernel(is_inlined=True)
@@ -63,14 +63,14 @@ def see(
         kept: share of what misleads it that a filter of the tilt keeps in a physics step.
         time: since the rollout began [s].
     """
-    if k.filter_rate == 0.0 and k.filter_lead == 0.0:  # nothing misleads
+    if k.filter.rate == 0.0 and k.filter.lead == 0.0:  # nothing misleads
         imu[row, 0], imu[row, 1], imu[row, 2] = s.tilt, s.tilt_rate, 0.0
         return
     now, last = _misleading(k, s), row - 1 if row > 0 else len(imu) - 1
     imu[row, 2] = now - kept * (now - imu[last, 2])
-    if k.filter_rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
+    if k.filter.rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
         a = (k.radius * (s.wheel_speed - before.wheel_speed) + s.slip - before.slip) / (k.step * GRAVITY)
-        imu[row, 2] -= k.filter_rate * k.step * (a - atan(a))
+        imu[row, 2] -= k.filter.rate * k.step * (a - atan(a))
         gyro = sense(p, Reading(0.0, s.tilt_rate, 0.0, 0.0), time).tilt_rate  # which the filter adds up
         imu[row, 2] -= k.step * (gyro - s.tilt_rate)
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate

@@ -5,7 +5,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
-from twbal.planar.forces import forces, joint_torque, slope_ahead
+from twbal.planar.forces import forces, joint_torque, slope_ahead, swung
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
 
@@ -26,10 +26,12 @@ def slide(
     slope = slope_ahead(k, turning)
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
-    coupling = k.arm * f.leaning
-    c = k.c - k.geared
-    determinant = k.mass * c - coupling * coupling
-    w, v, q = c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
+    swinging = k.swing.mass  # which takes no part in motion across the body
+    coupling = (k.arm - swinging * k.swing.height) * f.leaning
+    mass = k.mass - swinging * f.leaning * f.leaning
+    c = k.c - k.geared - swinging * k.swing.height * k.swing.height
+    determinant = mass * c - coupling * coupling
+    w, v, q = c / determinant, -coupling / determinant, mass / determinant  # axle by axle, by body; body by body
     rubbed = joint_torque(p, k, s, turning)
     rolled = -2.0 * k.rolling_viscous * s.wheel_speed
     on_axle = (f.on_wheels - rubbed - rolled) / r
@@ -67,6 +69,19 @@ def slide(
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
     position = s.position + h * speed
+    gained = speed - s.slip - r * s.wheel_speed
+    sway, sway_rate = swung(k, s, f.leaning, gained, tilt_rate - s.tilt_rate)
     return PlanarState(
-        tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, position, s.driver_torque
+        tilt,
+        wheel,
+        tilt_rate,
+        wheel_speed,
+        s.torque,
+        wheel,
+        wheel_speed,
+        slip,
+        position,
+        s.driver_torque,
+        sway,
+        sway_rate,
     )

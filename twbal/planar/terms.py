@@ -13,7 +13,7 @@ from twbal.core.compiled import kernel, method_kernel, specialised, type_of
 from twbal.core.gaussian import Array
 from twbal.core.quantities import Quantity
 from twbal.core.quantities import changed as _changed
-from twbal.core.robot_model import AxleMotion, DriveTrain, Ground, JointMotion, Reading
+from twbal.core.robot_model import AxleMotion, DriveTrain, Frame, Ground, JointMotion, Reading
 from twbal.effects.effect import AxleTerm, JointTerm, SensorTerm, TorqueTerm
 from twbal.effects.parameter import parameters_of
 from twbal.planar.parameters import SHEET, EffectFields, PlanarParameters
@@ -87,7 +87,8 @@ def _start(quantity: Quantity) -> tuple[int, float]:
     name = quantity.name.lower()
     if name in SHEET:
         return SHEET.index(name), 0.0
-    return -1, float(getattr(DriveTrain(), name, getattr(Ground(), name, 0.0)))
+    parts = (Frame(), DriveTrain(), Ground())
+    return -1, next((float(getattr(part, name)) for part in parts if hasattr(part, name)), 0.0)
 
 
 @specialised(_through(TorqueTerm, "drive"))

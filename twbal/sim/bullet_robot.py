@@ -15,10 +15,11 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.sim.bullet import Client, pybullet
 from twbal.sim.restart_state import RestartState
+from twbal.sim.swinging_part import SwingingPart
 from twbal.sim.urdf import urdf_text
 
 _ALOFT = (0.0, 0.0, 100.0)
-_BODY, _WHEELS = -1, (0, 1)  # links; the joint of a wheel has its number
+_BODY, _WHEELS, _PART = -1, (0, 1), 2  # links; the joint of a wheel, or of what swings, has its number
 _SIDES = (-1.0, 1.0)  # left and right; a robot that turns to the left is faster on the right
 
 
@@ -34,24 +35,28 @@ class BulletRobot:
 
     Args:
         client: the world.
-        robot: masses and lengths.
+        robot: masses and lengths, without the part that swings.
         model: friction of its joints and the grip of its tyres.
+        part: of the body that swings; None where nothing does.
     """
 
-    def __init__(self, client: Client, robot: RobotParameters, model: RobotModel) -> None:
+    def __init__(
+        self, client: Client, robot: RobotParameters, model: RobotModel, part: SwingingPart | None = None
+    ) -> None:
+        self._part = part
         self._client, self._robot, self._drive = client, robot, model.drive
         self._shares = [0.5 * (1.0 + side * model.drive.imbalance) for side in _SIDES]  # of the motors' torque
         height, offset = robot.com_height, robot.com_offset
         self._arm = height * sin(offset), height * cos(offset)  # axle to centre of mass, in the body's x and z [m]
-        self._id = client.load(urdf_text(robot), {}, pybullet.URDF_USE_INERTIA_FROM_FILE)
+        self._id = client.load(urdf_text(robot, part), {}, pybullet.URDF_USE_INERTIA_FROM_FILE)
         self._control = partial(client.setJointMotorControlArray, self._id, _WHEELS, pybullet.TORQUE_CONTROL)
-        for link in (_BODY, *_WHEELS):
+        for link in (_BODY, *_WHEELS, *((_PART,) if part else ())):
             client.changeDynamics(
                 self._id,
                 link,
                 linearDamping=0,
                 angularDamping=0,
-                jointDamping=model.drive.viscous_friction,
+                jointDamping=0 if link == _PART else model.drive.viscous_friction,
                 lateralFriction=min(model.ground.grip, 1.0),
                 spinningFriction=0,
                 rollingFriction=0,
@@ -83,6 +88,9 @@ class BulletRobot:
         )
         for wheel in _WHEELS:
             self._client.resetJointState(self._id, wheel, 0, initial.speed / robot.wheel_radius - initial.tilt_rate)
+        if self._part:  # a motor of the engine's own would hold it
+            self._client.resetJointState(self._id, _PART, 0, 0)
+            self._client.setJointMotorControl2(self._id, _PART, pybullet.VELOCITY_CONTROL, force=0)
 
     def restart(self, state: RestartState) -> None:
         """After `place`: take on what a robot in the middle of a rollout has besides."""
@@ -99,6 +107,8 @@ class BulletRobot:
             rate += (side * half * state.yaw_rate - state.slip) / radius
             angle = state.wheel_angle + side * half * state.heading / radius
             self._client.resetJointState(self._id, wheel, angle, rate)
+        if self._part:
+            self._client.resetJointState(self._id, _PART, state.sway, state.sway_rate)
 
     def hold(self, rate: float) -> None:
         """Let the joints hold as far as dry friction does at a rate of the wheels relative to the body [rad/s]."""
@@ -110,6 +120,13 @@ class BulletRobot:
     def drive(self, torque: float) -> None:
         """Give the joints their shares of a torque for the next physics step [N·m]."""
         self._control(forces=[share * torque for share in self._shares])
+
+    def swing(self) -> None:
+        """Let the spring of the part that swings act for the next physics step; needed where there is one."""
+        if self._part:
+            sway, rate, *_ = self._client.getJointState(self._id, _PART)
+            force = self._part.force(sway, rate)
+            self._client.setJointMotorControl2(self._id, _PART, pybullet.TORQUE_CONTROL, force=force)
 
     def turn_body(self, torque: float) -> None:
         """Turn the body about the axle from outside for the next physics step [N·m], positive forward."""

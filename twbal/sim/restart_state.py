@@ -13,6 +13,8 @@ class RestartState(NamedTuple):
         yaw_rate: [rad/s].
         position: of the axle since the rollout began [m].
         rotor_ahead: of the wheels, within a backlash [rad].
+        sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
+        sway_rate: [m/s].
     """
 
     wheel_angle: float
@@ -21,3 +23,5 @@ class RestartState(NamedTuple):
     yaw_rate: float = 0.0
     position: float = 0.0
     rotor_ahead: float = 0.0
+    sway: float = 0.0
+    sway_rate: float = 0.0

@@ -3,13 +3,16 @@
 from math import cos, sin
 
 from twbal.core.robot_parameters import RobotParameters
+from twbal.sim.swinging_part import SwingingPart
 
 WHEELS = (("left_wheel", 0.5), ("right_wheel", -0.5))
 """Names of the wheel links and where they sit on y, in tracks."""
 
 
-def urdf_text(robot: RobotParameters) -> str:
+def urdf_text(robot: RobotParameters, part: SwingingPart | None = None) -> str:
     """URDF of the robot; the frame of its base link `body` is the middle of the axle.
+
+    A part that swings is a link of its own, after the wheels.
 
     The wheels collide as spheres: with cylinders, PyBullet's contact points stick to the wheel off its lowest point and
     the axle bounces. The cylinder is what is seen. The body collides with nothing.
@@ -28,7 +31,8 @@ def urdf_text(robot: RobotParameters) -> str:
     </visual>
   </link>"""
     wheels = [_wheel(robot, name, side * robot.track) for name, side in WHEELS]
-    return "\n".join([f'<robot name="{robot.name}">', body, *wheels, "</robot>", ""])
+    parts = [_swinging(robot, part)] if part else []
+    return "\n".join([f'<robot name="{robot.name}">', body, *wheels, *parts, "</robot>", ""])
 
 
 def _wheel(robot: RobotParameters, name: str, y: float) -> str:
@@ -53,6 +57,25 @@ def _wheel(robot: RobotParameters, name: str, y: float) -> str:
     <child link="{name}"/>
     <origin xyz="0 {y!r} 0"/>
     <axis xyz="0 1 0"/>
+  </joint>"""
+
+
+def _swinging(robot: RobotParameters, part: SwingingPart) -> str:
+    """The part of the body that swings, a point mass, and the joint that it slides on, forward."""
+    along, across = sin(robot.com_offset), cos(robot.com_offset)
+    tiny = 1e-6 * part.mass * part.height**2
+    return f"""  <link name="swinging_part">
+    <inertial>
+      <mass value="{part.mass!r}"/>
+      {_inertia(tiny, tiny, tiny)}
+    </inertial>
+  </link>
+  <joint name="swinging_part_joint" type="prismatic">
+    <parent link="body"/>
+    <child link="swinging_part"/>
+    <origin xyz="{part.height * along!r} 0 {part.height * across!r}"/>
+    <axis xyz="{across!r} 0 {-along!r}"/>
+    <limit lower="-10" upper="10" effort="1e9" velocity="1e9"/>
   </joint>"""
 
 

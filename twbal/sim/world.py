@@ -16,6 +16,7 @@ from twbal.sim.bullet_robot import BulletRobot
 from twbal.sim.gears import Gears
 from twbal.sim.restart_state import RestartState
 from twbal.sim.surroundings import OutsideForces
+from twbal.sim.swinging_part import swinging_part, without_part
 
 _LARGEST_STEP = 0.001
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
@@ -24,15 +25,16 @@ _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by
 class World(Engine):
     """Integrates a robot by PyBullet.
 
-    Friction of joints and tyres is that of `BulletRobot`, and a slope is gravity that leans: all inside the engine.
-    What the engine has no form for acts on it step by step: see `Gears` and `OutsideForces`.
+    Friction of joints and tyres is that of `BulletRobot`, a slope is gravity that leans, and what swings on the body is
+    a body of its own: all inside the engine. What the engine has no form for acts on it step by step: see `Gears` and
+    `OutsideForces`.
 
     Args:
         model: the robot with its effects.
         physics_step: [s], at most 1 ms.
 
     Raises:
-        ConfigError: the physics step is too long, or PyBullet has no world left.
+        ConfigError: the physics step is too long, a part that swings is too heavy, or PyBullet has no world left.
     """
 
     def __init__(self, model: RobotModel, physics_step: float) -> None:
@@ -53,7 +55,9 @@ class World(Engine):
         )
         ground = client.createMultiBody(0, client.createCollisionShape(pybullet.GEOM_PLANE))
         client.changeDynamics(ground, -1, lateralFriction=1)
-        self._robot = BulletRobot(client, self._gears.robot, model)
+        part, robot = swinging_part(model), self._gears.robot
+        self._robot = BulletRobot(client, without_part(robot, part) if part else robot, model, part)
+        self._is_rigid = part is None
         self._fresh = client.saveState()  # to restore it takes a hundredth of the time
 
     def reset(self, initial: InitialState, heading: float = 0.0) -> None:
@@ -99,7 +103,7 @@ class World(Engine):
     def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
         step, drive = self._client.stepSimulation, self._robot.drive
-        if self._gears.needed or self._surroundings.needed or effect_state.joints:
+        if self._gears.needed or self._surroundings.needed or effect_state.joints or not self._is_rigid:
             for _ in range(steps):
                 self._act(effect_state.actuate(command), effect_state)
                 step()
@@ -140,6 +144,7 @@ class World(Engine):
             torque = effect_state.turn(torque, joint)
         if self._gears.friction_changes:
             self._robot.hold(motion.wheel_rate)
+        self._robot.swing()
         passed = self._gears.pass_on(torque, motion)
         self._robot.drive(passed)
         if passed != torque:  # the motors push themselves off the body, whatever their rotors meet

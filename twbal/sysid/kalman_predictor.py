@@ -2,8 +2,8 @@
 
 At each control instant the measurement corrects the predicted state by a gain that depends on the instant's number
 alone (`noise`), and the planar model carries the corrected state to the next instant with all its effects: past
-commands for a delay, the torques of a lag and of a slew limit, the rotor of a backlash, the IMU's past. A correction
-moves the past of a late IMU along.
+commands for a delay, the torques of a lag and of a slew limit, the rotor of a backlash, what swings on the body, the
+IMU's past. A correction moves the past of a late IMU along.
 """
 
 from math import floor
@@ -37,7 +37,7 @@ def _first(p: PlanarParameters, k: Constants, measured: Array, lead: float) -> P
     tilt = true.tilt + (lead + k.imu_delay) * rate
     speed = true.wheel_rate + rate
     wheel = true.wheel_angle + lead * true.wheel_rate + tilt
-    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel(is_inlined=True)
@@ -69,7 +69,7 @@ def _correct_past(
 
 @kernel(is_inlined=True)
 def _moved(s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float) -> PlanarState:
-    """The state with these added; the rotor goes with the wheel."""
+    """The state with these added; the rotor goes with the wheel, and what swings on the body with the body."""
     return PlanarState(
         s.tilt + tilt,
         s.wheel + wheel,
@@ -81,6 +81,8 @@ def _moved(s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: f
         s.slip,
         s.position + k.radius * wheel,
         s.driver_torque,
+        s.sway,
+        s.sway_rate,
     )
 
 
@@ -149,7 +151,7 @@ def run_predictor(
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearPlanarModel` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 11), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        states: (T + 1, 13), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
     k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
@@ -188,7 +190,8 @@ def run_predictor(
         errors[n, :] = error
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8], states[n, 9], states[n, 10] = s.position, s.driver_torque, imu[now, 2]
+        states[n, 8], states[n, 9], states[n, 10], states[n, 11] = s.position, s.driver_torque, s.sway, s.sway_rate
+        states[n, 12] = imu[now, 2]
 
 
 class PredictorOutput(NamedTuple):
@@ -196,7 +199,7 @@ class PredictorOutput(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 11), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        states: (T + 1, 13), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
 
     errors: Array

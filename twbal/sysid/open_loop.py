@@ -21,14 +21,14 @@ EARLIEST = _RING
 
 @kernel()
 def _state(x: Array) -> PlanarState:
-    return PlanarState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9])
+    return PlanarState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11])
 
 
 @kernel()
 def _seen(k: Constants, x: Array) -> tuple[float, float, float]:
     """What the IMU saw at an instant: a row of its past, as of `imu_settled`."""
     s = _state(x)
-    return filtered_tilt(k, s, x[10]), s.tilt_rate, x[10]
+    return filtered_tilt(k, s, x[12]), s.tilt_rate, x[12]
 
 
 @kernel()
@@ -71,7 +71,7 @@ def _run(
         x = states[n]
         s = PlanarState(
             x[0] + d[0], x[1] + d[1], x[2] + d[2], x[3] + d[3], x[4], x[5] + d[1], x[6] + d[3], x[7],
-            x[8] + k.radius * d[1], x[9],
+            x[8] + k.radius * d[1], x[9], x[10], x[11],
         )  # fmt: skip
         fell[j] = steps + 1
         for m in range(steps):
@@ -109,7 +109,7 @@ def predict_open_loop(
         planar: the model.
         recording: with the commands.
         substeps: physics steps of a control period.
-        states: (T + 1, 11), of `predict`: by the measurements up to each instant.
+        states: (T + 1, 13), of `predict`: by the measurements up to each instant.
         starts: (n,) instants, from `EARLIEST` to T - steps.
         off: (n, 8) by which the starts are off: tilt, wheel, tilt rate, wheel speed; then tilt and tilt rate of one
             control period before, and of two.
