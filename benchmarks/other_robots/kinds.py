@@ -177,14 +177,21 @@ FOREIGN: dict[str, Kind] = {
 KNOWN_SINCE = ("quadratic_drag", "slew_limit", "friction_feedforward")
 """Of these, the ones that it has by now. They are left out where they are hidden as foreign, and so stay foreign."""
 
-FRAME: dict[str, Kind] = {
+LATER: dict[str, Kind] = {
     "flexible_frame": Kind(
         {"share": 0.1},
         drawn={"frequency": between(3.0, 12.0), "damping": between(0.02, 0.15), "height": between(1.4, 2.0)},
         own={"own_hardening": _sometimes(between(0.0, 2e4))},
     ),
+    "backlash_behind_encoder": Kind(
+        {"gap": 0.05},
+        machine=lambda v: {"gap": v["gap"], "rotor_share": v["own_share"]},
+        sensors=lambda v: {"on_shaft": 1.0},
+        own={"own_share": between(0.2, 0.8)},
+    ),
 }
-"""The mast once more, of any height and damping and on a spring that may harden, since the library has it."""
+"""The mast once more, of any height and damping and on a spring that may harden, and the play once more, now that the
+library has them by these names."""
 
 KNOWN_AS = {"flexible_mast": "flexible_frame"}
 """Of what is foreign, what the library has by now by another name: it must do without that there."""
@@ -216,12 +223,12 @@ SHAPES: dict[str, Kind] = {
 }
 """Functions of one variable that the library does not have; for `benchmarks.free_form`, and in no stratum."""
 
-ALL = {**STRUCTURAL, **SHEET, **FOREIGN, **FRAME, **SHAPES}
+ALL = {**STRUCTURAL, **SHEET, **FOREIGN, **LATER, **SHAPES}
 
 SAME = ({"com_offset", "imu_mount_angle"},)
 """Effects that no sensor of the robot tells apart, as docs/effects.md declares."""
 
-ALIKE = ({"coulomb_friction", "stribeck_friction"}, *SAME)
+ALIKE = ({"coulomb_friction", "stribeck_friction"}, {"backlash", "backlash_behind_encoder"}, *SAME)
 """Of these one is a case of the other, or the same: they are hidden one at a time, and left out together."""
 
 

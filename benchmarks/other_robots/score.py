@@ -34,7 +34,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     known = {key: label[key] for key in ("stratum", "seed", "excitation", "rate", "sheet", "tolerance", "sensors")}
     known |= {"gentler": round(label["gentler"], 3), "stays_up": label["stays_up"]}
     known |= {"severity": {k: round(v, 4) for k, v in label["effects"].items()}, "cpu_s": round(cpu_s, 1)}
-    hidden = label["hidden"]
+    hidden = {_of_library(name, label): values for name, values in label["hidden"].items()}
     foreign = set(FOREIGN).difference(KNOWN_SINCE).union(label["left_out"])
     missing = [name for name in hidden if name in foreign]
     there = [name for name in hidden if name not in missing]
@@ -66,6 +66,12 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         "remains": _remains(diagnosis),
         "lost": _lost(hidden, diagnosis),
     }
+
+
+def _of_library(name: str, label: Mapping[str, Any]) -> str:
+    """What the library calls a hidden effect on a set's sensors."""
+    is_behind = name == "backlash" and label["sensor_values"]["on_shaft"] > 0.0
+    return "backlash_behind_encoder" if is_behind else name
 
 
 def _tilt_filter(label: Mapping[str, Any]) -> dict[str, dict[str, float]]:

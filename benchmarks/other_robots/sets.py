@@ -10,15 +10,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.other_robots.kinds import ALIKE, FOREIGN, FRAME, KNOWN_AS, KNOWN_SINCE, SHEET, STRUCTURAL, alike
+from benchmarks.other_robots.kinds import ALIKE, FOREIGN, KNOWN_AS, KNOWN_SINCE, LATER, SHEET, STRUCTURAL, alike
 from benchmarks.other_robots.robots import ITEMS, is_real
 
 SINGLE = {"single 1": 1.0, "single 1/4": 0.25, "single 1/8": 0.125}
 ADDED = {"added 1": 1.0, "added 1/4": 0.25, "added 1/8": 0.125}
 MANY = {"pairs": 2, "triples": 3, "five": 5, "eight": 8}
 FRAMES = {"frame 1": 1.0, "frame 1/4": 0.25, "frame 1/8": 0.125}
+SHAFTS = {"shaft 1": 1.0, "shaft 1/4": 0.25, "shaft 1/8": 0.125}
 ONE_SENSOR = {"sensors clean": 0.0, "sensors 1": 1.0, "sensors 1/4": 0.25}
-STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration", *ADDED, "lost", *ONE_SENSOR, *FRAMES)
+STRATA = (
+    "clean",
+    *SINGLE,
+    *MANY,
+    "sheet",
+    "foreign",
+    "left out",
+    "calibration",
+    *ADDED,
+    "lost",
+    *ONE_SENSOR,
+    *FRAMES,
+    *SHAFTS,
+)
 EXCITATIONS, RATES, TOLERANCES, SENSORS = ("E", "N"), (50, 100, 200), (0.03, 0.15), ("ideal", "real")
 SHEETS = ("paper", "regbot", "esp32", "balboa")
 _GEARED = ("regbot", "balboa")  # sheets on which rotors are more than a hundredth of what turns
@@ -79,7 +93,9 @@ def designed(stratum: str, seed: int) -> Set:
     elif stratum in ADDED:
         effects = {_level(stratum, seed, "effect", KNOWN_SINCE): ADDED[stratum]}
     elif stratum in FRAMES:
-        effects = dict.fromkeys(FRAME, FRAMES[stratum])
+        effects = {"flexible_frame": FRAMES[stratum]}
+    elif stratum in SHAFTS:
+        effects = {"backlash_behind_encoder": SHAFTS[stratum]}
     elif stratum in MANY:
         effects = _several(MANY[stratum], 0.25, tolerance, rng)
     elif stratum == "sheet":
@@ -87,7 +103,7 @@ def designed(stratum: str, seed: int) -> Set:
     elif stratum == "foreign":
         name = _level(stratum, seed, "effect", tuple(FOREIGN))
         known = KNOWN_AS.get(name, name)
-        effects, left_out = {name: 1.0}, (known,) if known in (*KNOWN_SINCE, *FRAME) else ()
+        effects, left_out = {name: 1.0}, (known,) if known in (*KNOWN_SINCE, *LATER) else ()
     elif stratum == "left out":
         name = _level(stratum, seed, "effect", tuple(STRUCTURAL))
         effects, left_out = {name: 1.0}, tuple(sorted(alike(name)))

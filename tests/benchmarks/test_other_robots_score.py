@@ -17,9 +17,9 @@ from benchmarks.other_robots.tables import (
 )
 
 
-def label(hidden, stratum="single 1", left_out=(), tilt_constant=0.0):
+def label(hidden, stratum="single 1", left_out=(), tilt_constant=0.0, on_shaft=0.0):
     facts = {"seed": 0, "excitation": "E", "rate": 50, "sheet": "paper", "tolerance": 0.03, "sensors": "ideal"}
-    facts |= {"gentler": 1.0, "stays_up": True, "sensor_values": {"tilt_constant": tilt_constant}}
+    facts |= {"gentler": 1.0, "stays_up": True, "sensor_values": {"tilt_constant": tilt_constant, "on_shaft": on_shaft}}
     return {**facts, "stratum": stratum, "effects": dict.fromkeys(hidden, 1.0), "hidden": hidden, "left_out": left_out}
 
 
@@ -48,6 +48,17 @@ def test_equivalents_count_whether_declared_in_the_record_or_in_the_documentatio
     offset = {"com_offset": {"angle": 0.03}}
     declared = judged(label(offset), said(finding("imu_mount_angle", 0.6)), 3.0)
     assert declared["hidden"] == {"com_offset": 0.6} and declared["said"][0]["right"]
+
+
+def test_play_is_behind_the_encoders_where_they_sit_on_the_shafts():
+    play = {"backlash": {"gap": 0.05, "own_share": 0.5}}
+    gap = {"value": 0.05, "low95": 0.04, "high95": 0.06}
+    on_shaft, on_wheel = (
+        judged(label(play, on_shaft=shaft), said(finding("backlash_behind_encoder", 0.9, gap=gap)), 3.0)
+        for shaft in (1.0, 0.0)
+    )
+    assert on_shaft["hidden"] == {"backlash_behind_encoder": 0.9} and len(on_shaft["intervals"]) == 1
+    assert on_wheel["hidden"] == {"backlash": 0.0} and not on_wheel["intervals"]
 
 
 def test_another_name_is_false_and_a_case_of_what_is_there_is_neither():

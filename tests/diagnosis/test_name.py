@@ -16,6 +16,7 @@ SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml
 MISSING = {
     "actuation_delay": {"delay": 0.008},
     "backlash": {"gap": 0.02},
+    "backlash_behind_encoder": {"gap": 0.02, "rotor_share": 0.5},
     "battery_sag": {"rate": 0.01},
     "cable_spring": {"stiffness": 3.0},
     "cogging": {"torque": 0.1, "count": 13.0, "phase": 1.0},

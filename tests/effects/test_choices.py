@@ -20,13 +20,17 @@ def test_an_unknown_effect_is_told_those_that_there_are(as_from_a_shell, capsys)
     assert main(["sim-collect", "+effect@sim.effects.zone=dead_zon", "--cfg", "job"]) == 1
     said = capsys.readouterr().err
     assert "effect has no choice 'dead_zon' (did you mean 'dead_zone'?)" in said
-    assert "actuation_delay, backlash, battery_sag" in said
+    assert "actuation_delay, backlash, backlash_behind_encoder, battery_sag" in said
 
 
 def test_the_shell_completes_the_names_of_effects(as_from_a_shell, monkeypatch, capsys):
     monkeypatch.setenv("COMP_LINE", "twbal sim-collect +effect=ba")
     assert main(["-sc", "query=bash"]) == 0
-    assert capsys.readouterr().out.split() == ["+effect=backlash", "+effect=battery_sag"]
+    assert capsys.readouterr().out.split() == [
+        "+effect=backlash",
+        "+effect=backlash_behind_encoder",
+        "+effect=battery_sag",
+    ]
 
 
 def test_a_sweep_goes_through_effects(as_from_a_shell, tmp_path, capsys):

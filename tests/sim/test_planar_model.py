@@ -18,6 +18,7 @@ SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel
 START = StartPose(-0.1, 0.0, 0.0, 0.0)
 CLOSE = {
     "backlash": np.array([0.1, 0.3, 0.1, 0.3]),
+    "backlash_behind_encoder": np.array([0.1, 0.3, 0.3, 0.3]),
     "wheel_slip": 0.1,
     "cable_spring": 0.02,
     "rolling_resistance": 0.02,
@@ -27,7 +28,8 @@ CLOSE = {
 On tyres that slip the engine's contact takes another share of the weight. At each impact of a backlash the rates jump,
 and impacts fall on other steps in the two codes: an instant between them differs by a whole jump. A finer step moves
 the impacts and brings rates no closer (0.11, 0.24, 0.01 and 0.16 at steps of 0.5, 0.25, 0.125 and 0.0625 ms); angles,
-which do not jump, stay within 0.07."""
+which do not jump, stay within 0.07. An encoder on the rotor's side of a gap sees the rotor's angle, which turns on at
+another rate until the other code has its impact, too."""
 
 
 @pytest.fixture(scope="module")

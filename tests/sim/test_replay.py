@@ -13,6 +13,7 @@ from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.backlash import Backlash
+from twbal.effects.backlash_behind_encoder import BacklashBehindEncoder
 from twbal.effects.battery_sag import BatterySag
 from twbal.effects.cable_spring import CableSpring
 from twbal.effects.cogging import Cogging
@@ -58,6 +59,7 @@ KINDS = {
     "filtered and late tilt": [TiltFilter(3.0, 0.02), ImuDelay(0.033)],
     "backlash": [Backlash(0.02)],
     "backlash of light rotors": [Backlash(0.02, 0.2)],
+    "backlash behind the encoder": [BacklashBehindEncoder(0.02, 0.5)],
 }
 SENSORS = ImuDelay | TiltFilter | GyroScale | GyroBias
 

@@ -18,7 +18,8 @@ class RobotMotion(NamedTuple):
         tilt: [rad].
         tilt_rate: about the axle [rad/s].
         speed: of the middle of the axle, forward [m/s].
-        wheel_angle: mean of both wheels, relative to the body [rad].
+        wheel_angle: mean of both wheels, relative to the body; of the motors' shafts, where the encoders sit on these
+            [rad].
         wheel_rate: [rad/s].
         yaw_rate: about the vertical [rad/s].
     """

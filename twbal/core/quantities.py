@@ -54,6 +54,9 @@ class Quantity(IntEnum):
     SWING_FREQUENCY = 28
     SWING_DAMPING = 29
     SWING_HEIGHT = 30
+    SHAFT_GAP = 31
+    """Width of a gap that lies behind encoders on the motors' shafts [rad]."""
+    SHAFT_ROTOR_SHARE = 32
 
 
 class Change(IntEnum):

@@ -149,6 +149,7 @@ class DriveTrain:
         stribeck_rate: [rad/s].
         gap: play between rotor and wheel, full width [rad]; the rotors then turn by themselves.
         rotor_share: share of the wheels' inertia that lies on the motors' side of that play.
+        shaft_gap, shaft_rotor_share: the same, where the encoders sit on the motors' side of the play.
         imbalance: share by which the right motor is stronger than the mean of both.
     """
 
@@ -158,6 +159,8 @@ class DriveTrain:
     stribeck_rate: float = 1.0
     gap: float = 0.0
     rotor_share: float = 0.5
+    shaft_gap: float = 0.0
+    shaft_rotor_share: float = 0.5
     imbalance: float = 0.0
 
     def dry_friction(self, rate: float) -> float:

@@ -83,7 +83,7 @@ def _planar_model(simulation: GivenSimulation, robot: RobotParameters, substeps:
     except ConfigError as error:
         raise ConfigError(f"{where}: {error}") from error
     k: Constants = constants(planar, robot.control_period / substeps)
-    if k.gap > 0.0 and k.grip < UNBOUNDED:
+    if k.play.gap > 0.0 and k.grip < UNBOUNDED:
         raise ConfigError(
             f"{where} has backlash, and wheels that slip; the planar model takes one of the two at most. Leave one of "
             "the effects out, or the simulation."

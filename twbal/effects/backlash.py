@@ -11,7 +11,8 @@ from twbal.effects.parameter import adds_to, parameter, replaces
 class Backlash(DriveEffect):
     """The rotor turns freely within the gap, and meets the wheel in a plastic impact at its ends.
 
-    It acts between motor and wheel. Of the inertia of the data sheet's wheels, `rotor_share` turns with the rotors. It
+    It acts between motor and wheel, and the encoders sit on the wheels; for those on the motors' shafts, see
+    `backlash_behind_encoder`. Of the inertia of the data sheet's wheels, `rotor_share` turns with the rotors. It
     looks most like a dead zone or a delay where the torque keeps changing its sign.
     """
 

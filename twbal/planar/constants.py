@@ -27,6 +27,20 @@ class Swing(NamedTuple):
     damping: float
 
 
+class Play(NamedTuple):
+    """Between rotors and wheels; all 0 where there is none.
+
+    Attributes:
+        rotors: J, inertia of both rotors [kg·m²].
+        gap: full width, as an angle of the wheel [rad].
+        is_before_encoder: 1 where the encoders sit on the rotors' side of it, 0 on the wheels'.
+    """
+
+    rotors: float
+    gap: float
+    is_before_encoder: float
+
+
 class FilterTimes(NamedTuple):
     """Of a complementary filter of the tilt.
 
@@ -53,8 +67,7 @@ class Constants(NamedTuple):
         mass: M, of all [kg].
         arm: m l [kg·m].
         swing: what of the body swings.
-        rotors: J [kg·m²]; 0 without backlash.
-        gap: of the backlash, full width [rad].
+        play: the backlash.
         slope: σ at the start [rad].
         apart: half the track over the wheels' radius.
         geared: part of the wheels' inertia that turns relative to the body [kg·m²].
@@ -80,8 +93,7 @@ class Constants(NamedTuple):
     mass: float
     arm: float
     swing: Swing
-    rotors: float
-    gap: float
+    play: Play
     slope: float
     apart: float
     geared: float
@@ -113,7 +125,9 @@ def constants(p: PlanarParameters, step: float) -> Constants:
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     fade = lag * time_constant / step if time_constant > 0.0 else 0.0
     swinging, pace = q[Quantity.SWINGING_SHARE] * m, 2.0 * pi * q[Quantity.SWING_FREQUENCY]
-    damping = q[Quantity.SWING_DAMPING]
+    damping, gap = q[Quantity.SWING_DAMPING], q[Quantity.GAP] + q[Quantity.SHAFT_GAP]
+    is_before_encoder = 1.0 if q[Quantity.SHAFT_GAP] > 0.0 else 0.0
+    rotors = 2.0 * q[Quantity.SHAFT_ROTOR_SHARE if is_before_encoder else Quantity.ROTOR_SHARE] * p.wheel_inertia
     slew = q[Quantity.SLEW_RATE] * step if q[Quantity.SLEW_RATE] < UNBOUNDED else UNBOUNDED
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
@@ -126,8 +140,7 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         mass,
         m * height,
         Swing(swinging, q[Quantity.SWING_HEIGHT] * height, swinging * pace * pace, 2.0 * damping * swinging * pace),
-        2.0 * q[Quantity.ROTOR_SHARE] * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
-        q[Quantity.GAP],
+        Play(rotors if gap > 0.0 else 0.0, gap, is_before_encoder),
         q[Quantity.SLOPE],
         0.5 * p.track / r,
         geared,

@@ -16,6 +16,6 @@ def joint_damping_rate(p: PlanarParameters) -> float:
         p: the planar model.
     """
     k = constants(p, 1.0)
-    a, coupling = k.a - k.rotors, k.b * cos(k.offset) - k.geared
+    a, coupling = k.a - k.play.rotors, k.b * cos(k.offset) - k.geared
     inverse_inertia = (k.c + 2.0 * coupling + a) / (a * k.c - coupling * coupling)
     return 2.0 * k.viscous * inverse_inertia

@@ -156,7 +156,7 @@ class PlanarPlant(Plant):
         self._constants: Constants = constants(self._planar_model, physics_step)
         noises = [astuple(effect) for effect in effects if isinstance(effect, SensorNoise)]
         self._noise = np.array(noises[0] if noises else [0.0] * 6)
-        if self._constants.gap > 0 and self._constants.grip < UNBOUNDED:
+        if self._constants.play.gap > 0 and self._constants.grip < UNBOUNDED:
             raise ConfigError("The planar model has no backlash on wheels that slip; leave one of the two effects out.")
         self._start = start
         self._seed = seed

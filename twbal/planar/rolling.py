@@ -22,9 +22,9 @@ def roll(
     """
     h = k.step
     f = forces(p, k, s, time, turning)
-    loose = k.rotors > 0.0
+    loose = k.play.rotors > 0.0
     along, swinging = k.radius * f.leaning, k.swing.mass  # what swings takes no part in motion across the body
-    a = k.a - k.rotors - swinging * along * along
+    a = k.a - k.play.rotors - swinging * along * along
     c = k.c - swinging * k.swing.height * k.swing.height
     coupling = k.b * f.leaning - k.geared - swinging * along * k.swing.height
     determinant = a * c - coupling * coupling
@@ -35,25 +35,25 @@ def roll(
     on_body = f.on_body - torque
     wheel_speed = s.wheel_speed + h * (w * on_wheels + v * on_body)
     tilt_rate = s.tilt_rate + h * (v * on_wheels + q * on_body)
-    rotor_speed = s.rotor_speed + h * torque / k.rotors if loose else wheel_speed
+    rotor_speed = s.rotor_speed + h * torque / k.play.rotors if loose else wheel_speed
 
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.rolling
     if joint > 0.0 or ground > 0.0 or loose:
-        half = 0.5 * k.gap
+        half = 0.5 * k.play.gap
         contact = rubbing = rolling = 0.0
         of_joint = determinant / (a + 2.0 * coupling + c)  # inertia against a change of the joint's rate
         alone = (joint > 0.0) + (ground > 0.0) + loose == 1
         for _ in range(1 if alone else SWEEPS):
             before = contact, rolling, rubbing
             if rarely(loose):
-                apart_by = w + 1.0 / k.rotors  # what an impulse between rotors and wheels adds to their difference
+                apart_by = w + 1.0 / k.play.rotors  # what an impulse between rotors and wheels adds to their difference
                 wanted = cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * apart_by * contact, half)
                 free = rotor_speed - wheel_speed + apart_by * contact
                 change = (free - (wanted - s.rotor + s.wheel) / h) / apart_by - contact
                 contact += change
-                rotor_speed -= change / k.rotors
+                rotor_speed -= change / k.play.rotors
                 wheel_speed += w * change
                 tilt_rate += v * change
             if rarely(ground > 0.0):

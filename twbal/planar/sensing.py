@@ -4,7 +4,7 @@ from math import atan, floor
 
 import numpy as np
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
@@ -98,8 +98,10 @@ def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, 
     far = near if steps <= whole else near - 1 if near > 0 else len(imu) - 1  # cheaper than another remainder
     tilt = (1.0 - share) * imu[near, 0] + share * imu[far, 0]
     rate = (1.0 - share) * imu[near, 1] + share * imu[far, 1]
-    relative = s.wheel_speed - s.tilt_rate
-    truth = Reading(tilt - lead * rate, rate, s.wheel - s.tilt - lead * relative, relative)
+    angle, relative = s.wheel - s.tilt, s.wheel_speed - s.tilt_rate
+    if rarely(k.play.is_before_encoder > 0.0):
+        angle, relative = s.rotor - s.tilt, s.rotor_speed - s.tilt_rate
+    truth = Reading(tilt - lead * rate, rate, angle - lead * relative, relative)
     return sense(p, truth, steps * k.step)
 
 

@@ -22,14 +22,16 @@ class Gears:
 
     def __init__(self, model: RobotModel, physics_step: float) -> None:
         drive, robot = model.drive, model.robot
-        loose = drive.gap > 0
+        gap = drive.gap + drive.shaft_gap
+        loose, self._is_before_encoder = gap > 0, drive.shaft_gap > 0
+        share = drive.shaft_rotor_share if self._is_before_encoder else drive.rotor_share
         self.robot: RobotParameters = (
-            replace(robot, wheel_inertia=(1 - drive.rotor_share) * robot.wheel_inertia) if loose else robot
+            replace(robot, wheel_inertia=(1 - share) * robot.wheel_inertia) if loose else robot
         )
         self.friction_changes = drive.breakaway > 0
         self.needed = loose or self.friction_changes
-        self._half = 0.5 * drive.gap
-        self._rotors = 2 * drive.rotor_share * robot.wheel_inertia
+        self._half = 0.5 * gap
+        self._rotors = 2 * share * robot.wheel_inertia
         self._mobility = wheel_mobility(self.robot)
         self._physics_step = physics_step
         self.reset()
@@ -39,6 +41,14 @@ class Gears:
         self._ahead = ahead
         self._rotor = self._rate = self._wheel_rate = self._contact = 0.0
         self._begins = True
+
+    def seen(self, motion: RobotMotion) -> RobotMotion:
+        """The motion as encoders see it, which may sit on the rotors' side of a backlash."""
+        if not self._is_before_encoder:
+            return motion
+        if self._begins:
+            return motion._replace(wheel_angle=motion.wheel_angle + self._ahead)
+        return motion._replace(wheel_angle=self._rotor - motion.tilt, wheel_rate=self._rate - motion.tilt_rate)
 
     def pass_on(self, torque: float, motion: RobotMotion) -> float:
         """Torque that the wheels get of what the motors make [N·m], for one physics step.

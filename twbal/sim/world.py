@@ -83,9 +83,9 @@ class World(Engine):
 
     def glide(self) -> float:
         """Take one physics step without torque and return the joints' acceleration in it [rad/s²]."""
-        rate = self.motion().wheel_rate
+        rate = self._robot.motion(self._vertical).wheel_rate
         self._client.stepSimulation()
-        return (self.motion().wheel_rate - rate) / self._physics_step
+        return (self._robot.motion(self._vertical).wheel_rate - rate) / self._physics_step
 
     def resume(self, restart: RestartState, time: float, acceleration: float = 0.0) -> None:
         """After a reset with its heading: be in the middle of a rollout.
@@ -117,8 +117,8 @@ class World(Engine):
                 step()
 
     def motion(self) -> RobotMotion:
-        """The motion now."""
-        return self._robot.motion(self._vertical)
+        """The motion now, of the wheels what the encoders see."""
+        return self._gears.seen(self._robot.motion(self._vertical))
 
     def pose(self) -> Pose:
         """Where the robot is now, in the frame in which `reset` put it down."""
@@ -135,7 +135,7 @@ class World(Engine):
             torque: of the motors, as the actuators give it [N·m].
             effect_state: what acts in the joints.
         """
-        motion, before = self.motion(), self._rate_before
+        motion, before = self._robot.motion(self._vertical), self._rate_before
         acceleration = self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
         self._rate_before = motion.wheel_rate
         apart = self._robot.apart() if effect_state.joints or self._surroundings.pushes else 0.0
