@@ -12,7 +12,8 @@ LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
 
 _PHASE = "phase"  # parameter of waves, which has no bounds
-_COUNTERS = ("frequency", "count", "waves")
+_FREQUENCY = "frequency"
+_COUNTERS = (_FREQUENCY, "count", "waves")
 _NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
@@ -83,6 +84,11 @@ class Candidate(NamedTuple):
     def counter(self) -> CandidateParameter | None:
         """Of a wave, the parameter that counts its periods, which is looked for among many values; None: one a turn."""
         return next((p for p in self.parameters if p.name in _COUNTERS), None) if self.is_wave else None
+
+    @property
+    def resonance(self) -> CandidateParameter | None:
+        """Of what rings, the parameter at which it does, which is looked for among many values."""
+        return next((p for p in self.parameters if p.name == _FREQUENCY), None) if not self.is_wave else None
 
     @property
     def sizes(self) -> tuple[CandidateParameter, ...]:

@@ -3,7 +3,7 @@
 The noise and the filter stay those of the model so far; a few steps are fitted from the best of several starts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,6 +35,8 @@ _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP, _WAVES_STEP = 0.25, 0.1
+_PITCHES = 9  # frequencies at which what rings is tried, evenly by ratio
+_FASTEST = 0.45  # of them, times the control period: just below what samples can show
 
 
 class ScoredCandidate(NamedTuple):
@@ -118,8 +120,6 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     usual = _values(candidate, "start")
     start = usual | _tone(data, fit, candidate)
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
-    if candidate.is_wave:  # of a wave, only the size is tried at several values
-        none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in start]
     frozen, free_parameters = J[:, kept], [fit.free_parameters[i] for i in kept]
     ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in free_parameters])
@@ -136,6 +136,9 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         pull = frozen.T @ change
         return float(change @ change - pull @ normal @ pull)
 
+    start |= _pitch(data, fit, candidate, start, power_of)
+    if candidate.is_wave or candidate.resonance:  # of these, only the size is tried at several values
+        none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     sizes = [*((0.0,) if own else ()), *_sizes(candidate)]
     is_idle = candidate.parameters[0].is_limit and not own  # nothing that was tried has changed anything
     for size in sizes:
@@ -202,6 +205,32 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     if counter is not None:
         fields[counter.name] = value
     return {candidate.field(parameters[name]): number for name, number in fields.items()}
+
+
+def _pitch(
+    data: Data, fit: Fit, candidate: Candidate, start: Mapping[str, float], power_of: Callable[[Array], float]
+) -> dict[str, float]:
+    """Frequency at which what rings is predicted to gain most while it is small; of what rings only.
+
+    Args:
+        data, fit, candidate: as of `_predict`.
+        start: values of the candidate.
+        power_of: squared length of a change of the errors, less what the other free values can make up for.
+    """
+    frequency = candidate.resonance
+    if frequency is None:
+        return {}
+    size, field = candidate.parameters[0], candidate.field(frequency)
+    small = {candidate.field(size): size.none + _SMALL * (size.start - size.none)}
+    best, found = 0.0, frequency.start
+    for value in np.geomspace(frequency.low, min(frequency.high, _FASTEST / data.period), _PITCHES):
+        change = data.white(fit.model.put({**start, **small, field: float(value)}), fit.kalman) - fit.white
+        if not np.isfinite(change).all():
+            continue
+        slope, power = -float(change @ fit.white), power_of(change)
+        if slope > 0.0 and power > _IDLE and slope**2 / power > best:
+            best, found = slope**2 / power, float(value)
+    return {field: found}
 
 
 def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high: float) -> tuple[float, complex]:

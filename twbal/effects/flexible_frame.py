@@ -41,7 +41,7 @@ class FlexibleFrame(BodyEffect):
         "damping ratio of the swing",
         "",
         (0.01, 0.7),
-        start=0.05,
+        start=0.15,
         value=0.05,
         neutral=0.05,
         below=2.0,
