@@ -244,6 +244,27 @@ def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, share,
     assert settings().credence.objected_effect == 0.45
 
 
+@pytest.mark.parametrize(("coefficient", "share"), [(0.3, 0.45), (0.05, 1.0)])
+def test_an_effect_at_its_bound_is_as_unlikely_in_a_set_that_was_not_chosen(coefficient, share, paper):
+    hidden = {"coulomb_friction": {"torque": 0.1}, "rolling_viscous": {"coefficient": 0.05}}
+    data = Data([synthetic_recording(paper, hidden, seed=53, periods=300)], 10)
+    start = data.with_noise(Model(planar_parameters(paper, {}), 0.0, first_noise(paper, data.sensed)), 30)
+    always = always_free(settings().tolerances, planar_parameters(paper, {}), 1)
+    by_name = {candidate.name: candidate for candidate in candidates_for(paper)}
+    friction, drag = by_name["coulomb_friction"], by_name["rolling_viscous"]
+    assert drag.parameters[0].high == 0.3
+    chosen = fit_hypothesis(data, start, always, [friction], 4)
+    other = fit_hypothesis(data, start, always, [friction, drag], 4)
+    moved = other.fit.model.put({"rolling_viscous_coefficient": coefficient})
+    other = other._replace(fit=other.fit._replace(model=moved))
+    selection = Selection(chosen, (Round(chosen, [], [other]),), chosen)
+    weights = {chosen.names: 0.2, other.names: 0.8}
+    found = probable_effects(data, selection, (), Verdict.NAMED, weights, settings())
+    told = {effect.name: effect for effect in found}
+    assert told["rolling_viscous"].probability == pytest.approx(0.8 * share, rel=0.05)
+    assert ("ran to a bound" in " ".join(told["rolling_viscous"].objections)) == (share < 1.0)
+
+
 def advice_of(paper, *others):
     """Advice on Coulomb friction that was named, where these sets were hypothesis in the last round."""
     base = fitted(paper, [], {}, 1000.0)

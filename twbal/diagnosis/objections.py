@@ -1,6 +1,6 @@
 """What speaks against the set of effects that a selection ended with: each reason a sentence, with its numbers."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -109,14 +109,7 @@ def objections(
     if not chosen.effects:
         found += _to_a_discrepancy(chosen.fit.model.noise, largest, settings)
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)
-    for free in chosen.at_bound:
-        if (free.effect or free.name) not in {*swallowing, *bounded}:
-            value = chosen.fit.model.value(free.field)
-            said = (
-                f"The best guess ran to a bound of its range ({free.name}: {value:.3g}), so it is none. If the robot "
-                "may have that much, put the effect into the simulation first (docs/effects.md), and diagnose again."
-            )
-            found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
+    found += to_bounds(chosen, {*swallowing, *bounded})
     found += _to_sizes(chosen, settings)
     found += to_slow_waves(chosen, extent)
     found += _to_short_recordings(chosen, extent)
@@ -127,6 +120,18 @@ def objections(
         said = f"The best guess, {spaced(effect)}, would have to be {change}: what moves the robot has another form."
         found.append(Objection(said, (effect,)))
     return tuple(found)
+
+
+def to_bounds(chosen: FittedHypothesis, passed_over: Collection[str] = ()) -> Iterator[Objection]:
+    """To parameters that ran to a bound, but for those of some effects and values."""
+    for free in chosen.at_bound:
+        if (free.effect or free.name) not in passed_over:
+            value = chosen.fit.model.value(free.field)
+            said = (
+                f"The best guess ran to a bound of its range ({free.name}: {value:.3g}), so it is none. If the robot "
+                "may have that much, put the effect into the simulation first (docs/effects.md), and diagnose again."
+            )
+            yield Objection(said, (free.effect,) if free.effect in chosen.names else ())
 
 
 def autocorrelation_limit(instants: int, settings: Settings) -> float:

@@ -19,7 +19,7 @@ import numpy as np
 
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import BOUNDLESS, Extent, Objection, negligible, spaced, to_slow_waves
+from twbal.diagnosis.objections import BOUNDLESS, Extent, Objection, negligible, spaced, to_bounds, to_slow_waves
 from twbal.diagnosis.record import LIKELY, LISTED, Estimate, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, substitutes
 from twbal.diagnosis.settings import Credence, Settings
@@ -67,7 +67,7 @@ def probable_effects(
         if not new:
             continue
         sizes = estimates(data, holder, new, settings)
-        own = objected if holder is chosen else to_slow_waves(holder, extent)
+        own = objected if holder is chosen else [*to_slow_waves(holder, extent), *_to_own_bounds(holder)]
         for candidate in new:
             near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
@@ -125,6 +125,11 @@ def counts_for(candidate: Candidate, names: Sequence[str], near: Sequence[str] =
     """Whether a set of these names counts for the probability of an effect; arguments as of `probability_of`."""
     held, rest = set(names), set(best) - {candidate.name}
     return bool(held & {candidate.name, *candidate.same_as}) or (rest <= held and bool(held & set(near)))
+
+
+def _to_own_bounds(holder: FittedHypothesis) -> list[Objection]:
+    """To effects of a set whose own parameters ran to a bound."""
+    return [objection for objection in to_bounds(holder) if objection.effects]
 
 
 def _is_of_its_own(name: str, candidate: Candidate, chosen: FittedHypothesis, weights: Weights) -> bool:

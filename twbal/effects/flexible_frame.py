@@ -40,7 +40,7 @@ class FlexibleFrame(BodyEffect):
     damping: float = parameter(
         "damping ratio of the swing",
         "",
-        (0.01, 0.7),
+        (0.005, 0.3),
         start=0.15,
         value=0.05,
         neutral=0.05,
