@@ -176,7 +176,7 @@ def main(words: Sequence[str]) -> None:
             done[seed] = found
             robots = [done[each] for each in sorted(done)]
             write_atomically(target, json.dumps({**head, "robots": robots}, indent=1) + "\n")
-            successes = [sum(t["default"]["succeeded"] for t in i["trials"]) for i in found["iterations"]]
+            successes = [i["successes"] for i in found["iterations"]]
             print(f"{family} {seed}: {successes} successes by update", flush=True)
 
     with ThreadPoolExecutor(int(settings["workers"])) as pool:

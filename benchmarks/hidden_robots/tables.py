@@ -101,7 +101,7 @@ def robots(results: Mapping[str, Any]) -> list[str]:
         hidden, steps = robot["hidden"], robot["iterations"]
         places = [t["farthest"] for t in steps[robot["best"]]["trials"] if t["farthest"] is not None]
         seconds = seconds_to(robot, "default")
-        by_rule = [", ".join(str(successes(step, rule)) for step in steps) for rule in RULES]
+        by_rule = [", ".join(_said(step, rule) for step in steps) for rule in RULES]
         lines.append(
             f"| {robot['seed']} | {'yes' if robot['reference']['is_sticky'] else 'no'} | {hidden['torque_gain']:.2f} "
             f"| {hidden['dead_zone']:.2g} N·m | {hidden['delay_ms']:.0f} ms | {hidden['coulomb_friction']:.2g} N·m "
@@ -252,6 +252,11 @@ def _median_worst(values: Sequence[float], unit: str, form: str) -> str:
 def successes(iteration: Mapping[str, Any], rule: str) -> int:
     """Trials of an iteration that succeed by a rule."""
     return sum(trial[rule]["succeeded"] for trial in iteration["trials"])
+
+
+def _said(iteration: Mapping[str, Any], rule: str) -> str:
+    """The same as text; of a policy that was kept, and so not tested again, a dash."""
+    return str(successes(iteration, rule)) if iteration["trials"] else "-"
 
 
 def solved_at(robot: Mapping[str, Any], rule: str) -> int | None:

@@ -37,3 +37,12 @@ def test_each_seed_has_its_updates_and_seconds_or_never():
     runs = [run("default", (9, 0.0), (10, 2.5), (10, 4.0)), run("default", (10, 0.0)), run("pilco", (0, 1.0), (9, 9.0))]
     _, _, *rows = tables.three_seeds({"runs": runs})
     assert rows == ["| default | 1, 0 | 2.5 s, 0.0 s |", "| pilco | never | never |"]
+
+
+def test_a_policy_that_was_kept_has_no_trials_of_its_own_and_is_no_failure():
+    hidden = {"torque_gain": 1.0, "dead_zone": 0.1, "delay_ms": 5.0, "coulomb_friction": 0.1}
+    hidden |= {"body_mass": 1.0, "com_height": 1.0, "com_offset_deg": 0.0}
+    trial = {rule: {"succeeded": True} for rule in ("default", "sticky")} | {"farthest": 0.03}
+    steps = [{"index": i, "trials": [trial] * n, "real_seconds": 2.0 * i} for i, n in enumerate((10, 0, 10))]
+    robot = {"seed": 7, "hidden": hidden, "reference": {"is_sticky": False}, "best": 0, "iterations": steps}
+    assert "| 10, -, 10 | 10, -, 10 |" in tables.robots({"robots": [robot]})[-1]
