@@ -15,6 +15,7 @@ NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
 STRATA = (
     *("clean", "single 1", "single 1/4", "single 1/8", "pairs", "triples", "five", "eight"),
     *("sheet", "foreign", "left out", "calibration", "added 1", "added 1/4", "added 1/8", "lost"),
+    *("frame 1", "frame 1/4", "frame 1/8", "shaft 1", "shaft 1/4", "shaft 1/8"),
 )
 _LOST = (0.0, 0.001, 0.03, 0.1, 0.4)
 SPLITS = ("excitation", "sheet", "rate", "sensors", "tolerance")
