@@ -10,14 +10,13 @@ from hydra import compose
 
 from twbal.algorithm.iteration import Base, PolicyFile
 from twbal.algorithm.learning import Algorithm
-from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate
+from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate, RolloutSettings
 from twbal.algorithm.steps import FittedDifference
 from twbal.cli.artefacts import MODEL, POLICY
 from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest
 from twbal.cli.stage_steps import StageSteps
-from twbal.cli.stages.real_rollout import rollout_settings
-from twbal.cli.typed_config import section
+from twbal.cli.typed_config import section, typed
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
@@ -136,7 +135,7 @@ def learn(
     steps = NotedSteps(
         chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking, waits, kept or {}
     )
-    result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
+    result = Algorithm(steps, settings, typed(RolloutSettings, section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
 

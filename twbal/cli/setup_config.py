@@ -3,13 +3,12 @@
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.algorithm.settings import AlgorithmSettings
+from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
 from twbal.algorithm.setup import AgentTraining, ModelFits, Setup
 from twbal.cli.known_robot import known_robot
 from twbal.cli.model_state import check_kernel_of
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.stages import optimise_policy, sim_collect
-from twbal.cli.stages.real_rollout import rollout_settings
 from twbal.cli.typed_config import members, section, typed
 from twbal.diagnosis.inputs import DataSettings
 
@@ -33,7 +32,7 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
         at_random=instantiate(cfg.policy),
         simulated=collecting.rollout_settings,
         workers=collecting.workers,
-        driving=rollout_settings(section(cfg, "real_rollout")),
+        driving=typed(RolloutSettings, section(cfg, "real_rollout")),
         models=ModelFits(instantiate(cfg.model), int(cfg.fit_sim_gp.seed), int(cfg.fit_diff_gp.seed)),
         search=optimise_policy.policy_search(cfg, searching),
         rule=instantiate(cfg.success),

@@ -14,7 +14,7 @@ from twbal.algorithm.iteration_findings import Measures, findings, summarise
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table
-from twbal.algorithm.settings import AlgorithmSettings
+from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
 from twbal.algorithm.summary import Summary, read_summary
 from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
@@ -28,7 +28,7 @@ from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.sim_files import as_given
 from twbal.cli.stage_steps import StageSteps
-from twbal.cli.stages.real_rollout import check_robot_is_there, rollout_settings
+from twbal.cli.stages.real_rollout import check_robot_is_there
 from twbal.cli.trials_at_once import robots_at_once
 from twbal.cli.typed_config import recorded, section, typed
 from twbal.core.files import write_atomically
@@ -151,7 +151,7 @@ def _learn_and_write(
     check_robot_is_there(cfg)
     check_kernel_of(cfg)
     steps = StageSteps(chain, cfg, robots)
-    algorithm = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule)
+    algorithm = Algorithm(steps, settings, typed(RolloutSettings, section(cfg, "real_rollout")), measures.rule)
     if "overrides" in cfg.link and settings.trials and not (chain.root / "iteration_0").exists():
         count = robots_at_once(cfg.link, settings.trials, cfg.real_rollout.workers)
         robots.begin(virtual_command(cfg.link), count)  # they start while policy 0 is found

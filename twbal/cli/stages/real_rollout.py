@@ -116,11 +116,6 @@ def _searched_on(policy: Path) -> list[Path]:
     return [Path(model.path) for model in searched.inputs.get("dynamics", ())] if searched else []
 
 
-def rollout_settings(cfg: DictConfig) -> RolloutSettings:
-    """What the settings of this stage, or a section of them, say."""
-    return typed(RolloutSettings, cfg)
-
-
 def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True, tell: Tell = _silent) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already.
 
@@ -131,7 +126,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
         advise: whether a robot whose link was never checked is worth a sentence.
         tell: is called with each trial as soon as it is logged.
     """
-    settings = rollout_settings(cfg)
+    settings = typed(RolloutSettings, cfg)
     _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
