@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,7 +11,6 @@ from twbal.algorithm.identification import identify
 from twbal.algorithm.iteration import PolicyFile
 from twbal.algorithm.policy_search import recalibrated
 from twbal.algorithm.prediction import Prediction, prediction_of
-from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.setup import Setup
 from twbal.algorithm.simulation import Simulation
 from twbal.algorithm.steps import (
@@ -95,7 +94,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         """Rollouts of a simulated robot."""
         self._say(f"simulating {place}")
         simulated = simulation or self._setup.simulation
-        settings, source = self._settings(self._setup.simulated, conditions), self._source(simulated, policy)
+        settings, source = replace(self._setup.simulated, **conditions.given), self._source(simulated, policy)
         driver = policy.policy if policy else self._setup.at_random
         return tuple(simulate(simulated, driver, self._channels, settings, source, self._setup.workers))
 
@@ -106,7 +105,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
     def drive(self, place: Path, policy: MadePolicy | None, conditions: Conditions) -> Episodes:
         """Rollouts of the robot."""
         self._say(f"driving the robot {place}")
-        settings, source = self._settings(self._setup.driving, conditions), self._source(None, policy)
+        settings, source = replace(self._setup.driving, **conditions.given), self._source(None, policy)
         driver = explored(policy.policy if policy else self._setup.at_random, settings, self._robot.torque_limit)
         limits = settings.steps, settings.tilt_limit
         plan = RolloutPlan(lambda: self._plant, driver, self._channels, *limits, new_watch=FrozenSensors)
@@ -234,10 +233,6 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
             return Provenance(self._robot.name, "robot", sheet, driver, self._setup.driving.seed)
         made_of = parameter_hash(self._robot, simulation.effects, simulation.physics_step)
         return Provenance(self._robot.name, "simulation", made_of, driver, self._setup.simulated.seed)
-
-    def _settings(self, configured: RolloutSettings, conditions: Conditions) -> RolloutSettings:
-        given = {name: value for name, value in asdict(conditions).items() if value is not None}
-        return replace(configured, **given)
 
     def _timed(self, place: Path, work: Callable[[], T]) -> Timed[T]:
         self._say(str(place))

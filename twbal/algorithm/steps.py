@@ -3,9 +3,9 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from twbal.algorithm.iteration import PolicyFile
 from twbal.algorithm.prediction import Prediction
@@ -40,6 +40,11 @@ class Conditions:
     steps: int | None = None
     tilt_limit: float | None = None
     exploration: float | None = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Those that are not left to the settings, by name."""
+        return {name: value for name, value in asdict(self).items() if value is not None}
 
 
 AS_CONFIGURED = Conditions()

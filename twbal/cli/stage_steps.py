@@ -1,6 +1,5 @@
 """The steps of Algorithm 1 as stages: each result lies in a folder within the run folder."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -81,7 +80,7 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     ) -> Path:
         """A call of sim-collect."""
         overrides = {"sim": simulation} if simulation else {}
-        overrides |= self._seed("sim-collect") | _given(conditions)
+        overrides |= self._seed("sim-collect") | conditions.given
         if "trials" in overrides:
             overrides["rollouts"] = overrides.pop("trials")
         return self._driven("sim-collect", place, policy, overrides, {})
@@ -97,7 +96,7 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
 
     def drive(self, place: Path, policy: Path | None, conditions: Conditions) -> Path:
         """A call of real-rollout."""
-        overrides = {**self._seed("real-rollout"), **_given(conditions)}
+        overrides = {**self._seed("real-rollout"), **conditions.given}
         return self._driven("real-rollout", place, policy, overrides, _RANDOM)
 
     def fit_simulation(self, place: Path, rollouts: Sequence[Path]) -> Timed[Path]:
@@ -190,8 +189,3 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
 
     def _seed(self, stage: str) -> dict[str, Any]:
         return {"seed": self._cfg[stage.replace("-", "_")].seed}
-
-
-def _given(conditions: Conditions) -> dict[str, Any]:
-    """The conditions that are not left to the configuration."""
-    return {name: value for name, value in dataclasses.asdict(conditions).items() if value is not None}
