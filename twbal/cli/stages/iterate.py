@@ -58,7 +58,7 @@ def main(cfg: DictConfig) -> float | None:
     """
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
-    known_robot(cfg)  # what cannot be used is refused before any word of going on
+    known_robot(cfg)  # what cannot be used is refused before any work, and any word of going on
     again = f"If this run is interrupted, this command resumes it: {_again(flags, words, out)}"
     print(f"{again}\n", flush=True)
     try:
@@ -147,7 +147,6 @@ def _learn_and_write(
     cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: AlgorithmSettings, robots: KeptRobots
 ) -> list[Path]:
     measures = Measures(instantiate(cfg.success), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
-    known_robot(cfg)  # what cannot be used is refused before any work
     check_robot_is_there(cfg)
     check_kernel_of(cfg)
     steps = StageSteps(chain, cfg, robots)
