@@ -43,7 +43,7 @@ def edited(text: str, changes: Sequence[SheetEdit]) -> str:
     Raises:
         ConfigError: the sheet is written in a way in which these values cannot be changed.
     """
-    wanted = _tree(text)
+    wanted = sheet_values(text)
     for change in changes:
         before = wanted[change.key]
         old = next((kind for kind, names in wanted["provenance"].items() if change.key in (names or ())), "unknown")
@@ -53,7 +53,7 @@ def edited(text: str, changes: Sequence[SheetEdit]) -> str:
         names = {kind: [name for name in names if name != change.key] for kind, names in wanted["provenance"].items()}
         names[change.provenance] = [*names.get(change.provenance, ()), change.key]
         wanted["provenance"] = names
-    if _plain(_tree(text)) != _plain(wanted):
+    if _plain(sheet_values(text)) != _plain(wanted):
         by_hand = ", ".join(f"{change.key}: {number(change.value)} ({change.provenance})" for change in changes)
         raise ConfigError(f"The sheet is written in a way that cannot be changed here. Change it by hand: {by_hand}.")
     return text
@@ -84,7 +84,14 @@ def sheet_values(text: str) -> dict[str, Any]:
     Raises:
         ConfigError: it is no sheet.
     """
-    return _tree(text)
+    try:
+        root = yaml.compose(text, Loader=yaml.SafeLoader)
+    except yaml.YAMLError as error:
+        raise ConfigError(f"The sheet is no yaml: {' '.join(str(error).split())}.") from error
+    tree = _data(root)
+    if not isinstance(tree, dict) or not isinstance(tree.get("provenance"), dict) or "name" not in tree:
+        raise ConfigError("The file is no sheet of a robot: it has no name, or no provenance.")
+    return tree
 
 
 def _with_value(text: str, change: SheetEdit, remark: str) -> str:
@@ -146,17 +153,6 @@ def _with_item(text: str, key: str, provenance: ValueProvenance) -> str:
 
 def _entry(root: Any, key: str) -> Any:
     return next(value for name, value in root.value if name.value == key)
-
-
-def _tree(text: str) -> dict[str, Any]:
-    try:
-        root = yaml.compose(text, Loader=yaml.SafeLoader)
-    except yaml.YAMLError as error:
-        raise ConfigError(f"The sheet is no yaml: {' '.join(str(error).split())}.") from error
-    tree = _data(root)
-    if not isinstance(tree, dict) or not isinstance(tree.get("provenance"), dict) or "name" not in tree:
-        raise ConfigError("The file is no sheet of a robot: it has no name, or no provenance.")
-    return tree
 
 
 def _data(node: Any) -> Any:
