@@ -38,8 +38,7 @@ def _missed(robustness: Robustness) -> list[tuple[str, list[list[str]]]]:
     return [
         (
             axis.name.replace("_", " "),
-            [[m.name, *(percent(m.mean(axis.name, part)) for part in PARTS)] for m in methods],
+            [[m.name, *(percent(m.mean(axis.name, part)) for part in PARTS)] for m in robustness.methods],
         )
-        for methods in [robustness.methods]
         for axis in robustness.axes
     ]
