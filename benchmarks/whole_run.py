@@ -20,7 +20,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.measure import RESULTS, machine
-from benchmarks.number_settings import number_settings
+from benchmarks.settings import number_settings
 
 _NAMES = {
     "optimise-policy": "searches",

@@ -19,9 +19,16 @@ from benchmarks.other_robots.mechanics import GRAVITY, Machine
 from benchmarks.other_robots.recording import driven
 from benchmarks.other_robots.robots import torque_unit
 from benchmarks.other_robots.sets import designed
+from benchmarks.settings import text_settings
 from benchmarks.what_next.recording import again
 from twbal.core.robot_parameters import RobotParameters
 
+DEFAULTS = {
+    "seeds": "3000-3009",
+    "root": "outputs/bench/agreement",
+    "code": ".",
+    "results": "benchmarks/results/agreement.json",
+}
 _LOGS = 4
 _WORDS = ("diagnosis.tempered_search=false", "diagnosis.max_effects=3", "next_experiment=false")
 
@@ -67,12 +74,9 @@ def disagreements_of(seed: int, root: Path, code: Path) -> list[dict[str, Any]]:
 
 def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
-    settings = dict(word.split("=", 1) for word in words)
-    first, last = map(int, settings.pop("seeds", "3000-3009").split("-"))
-    root, code = Path(settings.pop("root", "outputs/bench/agreement")), Path(settings.pop("code", "."))
-    results = Path(settings.pop("results", "benchmarks/results/agreement.json"))
-    if settings:
-        raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
+    settings = text_settings(DEFAULTS, words)
+    first, last = map(int, settings["seeds"].split("-"))
+    root, code, results = (Path(settings[name]) for name in ("root", "code", "results"))
     rows: list[dict[str, Any]] = []
     for seed in range(first, last + 1):
         rows += disagreements_of(seed, root, code)

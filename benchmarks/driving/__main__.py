@@ -19,6 +19,7 @@ from typing import Any
 
 from benchmarks.driving.driven import Driver, digest
 from benchmarks.hidden_robots.families import FAMILIES
+from benchmarks.settings import text_settings
 from twbal.core.files import write_atomically
 
 DONE = Path("outputs/bench/driving")
@@ -55,15 +56,14 @@ def driven(family: str, seed: int, policies: Path) -> dict[str, Any]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **dict(word.partition("=")[::2] for word in words)}
+    usage = (
+        f"Settings are family (one of {', '.join(FAMILIES)}), robots (a number) and policies (a folder); "
+        f"found {shlex.join(words)}."
+    )
+    settings = text_settings(DEFAULTS, words, usage)
     families = (settings["family"],) if settings["family"] else tuple(FAMILIES)
-    if set(settings) != set(DEFAULTS) or not set(families) <= set(FAMILIES) or not settings["robots"].isdecimal():
-        unknown = sorted(set(settings) - set(DEFAULTS))
-        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
-        raise SystemExit(
-            f"{wrong}Settings are family (one of {', '.join(FAMILIES)}), robots (a number) and policies (a folder); "
-            f"found {shlex.join(words)}."
-        )
+    if not set(families) <= set(FAMILIES) or not settings["robots"].isdecimal():
+        raise SystemExit(usage)
     policies, robots = Path(settings["policies"]), int(settings["robots"])
     chosen = {family: learned(policies, family, robots) for family in families}
     if not any(chosen.values()):

@@ -16,6 +16,7 @@ from typing import Any
 import twbal
 from benchmarks.other_robots.__main__ import Places, seeds_of
 from benchmarks.other_robots.sets import Set, sets
+from benchmarks.settings import text_settings
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.diagnosis.candidates import Candidate, always_free
 from twbal.diagnosis.hypothesis import FittedHypothesis
@@ -23,6 +24,12 @@ from twbal.diagnosis.select import Problem, without
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Field, Model
 
+DEFAULTS = {
+    "strata": "eight",
+    "seeds": "0-2",
+    "root": "outputs/bench/other_robots",
+    "results": "benchmarks/results/effects_shown.json",
+}
 _IN_BRIEF = (
     *("diagnosis.max_effects=1", "diagnosis.shortlist=1", "diagnosis.tempered_search=false"),
     *("starts=1", "next_experiment=false", "free_form=false"),
@@ -117,17 +124,13 @@ def _fitted(
 
 def main(words: Sequence[str]) -> None:
     """See what each set shows, and write a line for each."""
-    settings = dict(word.split("=", 1) for word in words)
-    strata, seeds = settings.pop("strata", "eight").split(","), seeds_of(settings.pop("seeds", "0-2"))
-    places = Places(Path(settings.pop("root", "outputs/bench/other_robots")), Path(), "shown", ())
-    results = Path(settings.pop("results", "benchmarks/results/effects_shown.json"))
-    if settings:
-        raise SystemExit(f"unknown settings: {', '.join(settings)}\n\n{__doc__}")
+    settings = text_settings(DEFAULTS, words)
+    places = Places(Path(settings["root"]), Path(), "shown", ())
     rows = []
-    for each in sets(strata, seeds):
+    for each in sets(settings["strata"].split(","), seeds_of(settings["seeds"])):
         rows.append(shown(each, places))
         print(json.dumps(rows[-1]), flush=True)
-    results.write_text('{"sets": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n")
+    Path(settings["results"]).write_text('{"sets": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n")
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from benchmarks.other_robots.__main__ import seeds_of, sheet_of, written
 from benchmarks.other_robots.kinds import KNOWN_SINCE, SHAPES, alike
 from benchmarks.other_robots.recording import Recorded, driven, episode_of
 from benchmarks.other_robots.sets import Set, designed
+from benchmarks.settings import text_settings
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
@@ -33,6 +34,7 @@ from twbal.diagnosis.inputs import NamedEpisodes
 from twbal.diagnosis.pipeline import diagnose_episodes, free_form_inputs
 from twbal.diagnosis.record import Diagnosis
 
+DEFAULTS = {"seeds": "6000-6001", "clean": "6000-6019", "results": "benchmarks/results/free_form.json"}
 IN_NO_LIBRARY = (*SHAPES, "quadratic_drag")
 LEFT_OUT = ("viscous_friction", "coulomb_friction", "cable_spring", "cogging", "dead_zone")
 _WORDS = ("diagnosis.tempered_search=false", "diagnosis.max_effects=3", "next_experiment=false")
@@ -112,14 +114,11 @@ def _beside_truth(name: str, recorded: Recorded, drawn: FreeForm, period: float)
 
 def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
-    settings = dict(word.split("=", 1) for word in words)
-    seeds, clean = seeds_of(settings.pop("seeds", "6000-6001")), seeds_of(settings.pop("clean", "6000-6019"))
-    results = Path(settings.pop("results", "benchmarks/results/free_form.json"))
-    if settings:
-        raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
+    settings = text_settings(DEFAULTS, words)
+    results = Path(settings["results"])
     rows: list[dict[str, Any]] = json.loads(results.read_text())["sets"] if results.exists() else []
     known = {(row["kind"], row["hidden"], row["seed"]) for row in rows}
-    for kind, name, each in cases(seeds, clean):
+    for kind, name, each in cases(seeds_of(settings["seeds"]), seeds_of(settings["clean"])):
         if (kind, name, each.seed) not in known:
             rows.append(judged(kind, name, each))
             results.write_text(written({"sets": rows}))

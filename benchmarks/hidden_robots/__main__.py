@@ -13,7 +13,6 @@ benchmarks/results/hidden_robots_<family>.json, or hidden_robots_<family>_<recip
 """
 
 import json
-import shlex
 import sys
 import threading
 from collections.abc import Sequence
@@ -33,6 +32,7 @@ from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
 from benchmarks.hidden_robots.robots import Workshop, identified, iterate, learn_words
+from benchmarks.settings import text_settings
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.files import write_atomically
@@ -40,7 +40,14 @@ from twbal.policies.saved import load_policy
 
 ROOT = Path("outputs/bench/hidden_robots")
 RESULTS = Path("benchmarks/results")
-DEFAULTS = {"robots": "20", "first_seed": "100", "updates": "6", "recipe": "default", "workers": "2"}
+DEFAULTS = {
+    "family": "",
+    "robots": "20",
+    "first_seed": "100",
+    "updates": "6",
+    "recipe": "default",
+    "workers": "2",
+}
 INTEGRAL = "lqr_integral"
 """The data sheet's regulator with integral action; twbal's own (`lqr`) leaves the place alone, so it is made here."""
 
@@ -156,11 +163,7 @@ def reachable(references: References, first_seed: int, robots: int) -> tuple[dic
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    unknown = sorted(set(settings) - {"family", *DEFAULTS})
-    if unknown or "family" not in settings:
-        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
-        raise SystemExit(f"{wrong}Settings are family and {', '.join(DEFAULTS)}; found {shlex.join(words)}.")
+    settings = text_settings(DEFAULTS, words)
     family, recipe = settings["family"], settings["recipe"]
     if family not in FAMILIES or recipe not in RECIPES:
         raise SystemExit(f"family is one of {', '.join(FAMILIES)}, recipe one of {', '.join(RECIPES)}.")

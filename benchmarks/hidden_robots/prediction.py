@@ -14,6 +14,7 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from benchmarks.hidden_robots.families import FAMILIES
+from benchmarks.settings import text_settings
 
 RESULTS = Path("benchmarks/results")
 DEFAULTS = {"families": "hard,moderate,regbot,balboa,esp32", "recipe": "default"}
@@ -261,10 +262,7 @@ def _number(found: Reliability | None, words: Callable[[Reliability], str]) -> s
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    unknown = sorted(set(settings) - set(DEFAULTS))
-    if unknown:
-        raise SystemExit(f"unknown settings: {', '.join(unknown)}\n{__doc__}")
+    settings = text_settings(DEFAULTS, words)
     found = read(settings["families"].split(","), settings["recipe"])
     if not found:
         raise SystemExit(f"No results of {settings['families']} ({settings['recipe']}) in {RESULTS}.\n{__doc__}")

@@ -18,6 +18,7 @@ from benchmarks.hidden_robots.pushes import PushVerdict
 from benchmarks.hidden_robots.reference import Reached, pushed, search
 from benchmarks.hidden_robots.reference_law import Compensation, Design
 from benchmarks.hidden_robots.robots import Workshop
+from benchmarks.settings import text_settings
 from twbal.core.files import write_atomically
 
 RESULTS = Path("benchmarks/results")
@@ -63,11 +64,8 @@ class References:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {"robots": "20", "first_seed": "100", "pushes": "false", **dict(word.split("=", 1) for word in words)}
-    unknown = sorted(set(settings) - {"family", "robots", "first_seed", "pushes"})
-    if unknown:
-        raise SystemExit(f"unknown settings: {', '.join(unknown)}\n{__doc__}")
-    if settings.get("family") not in FAMILIES:
+    settings = text_settings({"family": "", "robots": "20", "first_seed": "100", "pushes": "false"}, words)
+    if settings["family"] not in FAMILIES:
         raise SystemExit(__doc__)
     references, first = References(settings["family"]), int(settings["first_seed"])
     for seed in range(first, first + int(settings["robots"])):

@@ -19,9 +19,10 @@ from typing import Any
 
 from benchmarks.hidden_robots.__main__ import RECIPES, RESULTS, ROOT
 from benchmarks.hidden_robots.families import FAMILIES
+from benchmarks.settings import text_settings
 from twbal.core.files import write_atomically
 
-_DEFAULTS = {"recipe": "default", "robots": "3"}
+_DEFAULTS = {"family": "", "recipe": "default", "robots": "3"}
 _TARGET = RESULTS / "reproduced.json"
 _LAST_WORDS = 300  # characters
 
@@ -44,13 +45,14 @@ def reproduced(run: Path) -> dict[str, Any]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**_DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    family, recipe = settings.get("family"), settings["recipe"]
-    if family not in FAMILIES or recipe not in RECIPES or set(settings) - {"family", *_DEFAULTS}:
-        raise SystemExit(
-            f"Settings are family ({', '.join(FAMILIES)}), recipe ({', '.join(RECIPES)}) and robots (how many); found "
-            f"{shlex.join(words)}."
-        )
+    usage = (
+        f"Settings are family ({', '.join(FAMILIES)}), recipe ({', '.join(RECIPES)}) and robots (how many); found "
+        f"{shlex.join(words)}."
+    )
+    settings = text_settings(_DEFAULTS, words, usage)
+    family, recipe = settings["family"], settings["recipe"]
+    if family not in FAMILIES or recipe not in RECIPES:
+        raise SystemExit(usage)
     runs = sorted(file.parent for file in (ROOT / family / recipe).glob("robot_*/result.json"))
     found: dict[str, Any] = json.loads(_TARGET.read_text()) if _TARGET.exists() else {}
     for run in runs[: int(settings["robots"])]:

@@ -18,23 +18,23 @@ from typing import Any
 from benchmarks.import_checks.again import NAMES, imported_again
 from benchmarks.import_checks.case import correct, planted
 from benchmarks.import_checks.faults import FAULTS
+from benchmarks.settings import text_settings
 
 RESULTS = Path("benchmarks/results/import_checks.json")
 
 
 _PROCESSES = 2
-DEFAULTS = {"first": 1000, "robots": 30, "each": 10}
+DEFAULTS = {"first": "1000", "robots": "30", "each": "10"}
 """First seed, robots whose logs are imported as they are, and faults of each kind."""
 
 
 def main(words: Sequence[str]) -> None:
     """Run all with settings of the form key=value, and write the result."""
-    given = dict(word.partition("=")[::2] for word in words)
-    unknown = sorted(set(given) - set(DEFAULTS))
-    if unknown or not all(value.isdecimal() for value in given.values()):
-        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
-        raise SystemExit(f"{wrong}Settings are {', '.join(DEFAULTS)}, whole numbers; found {shlex.join(words)}.")
-    first, robots, each = (int(given.get(name, value)) for name, value in DEFAULTS.items())
+    usage = f"Settings are {', '.join(DEFAULTS)}, whole numbers; found {shlex.join(words)}."
+    settings = text_settings(DEFAULTS, words, usage)
+    if not all(value.isdecimal() for value in settings.values()):
+        raise SystemExit(usage)
+    first, robots, each = (int(settings[name]) for name in DEFAULTS)
     with ProcessPoolExecutor(_PROCESSES) as pool:
         logs = pool.map(correct, range(first, first + robots))
         faults = [pool.submit(_planted, name, first, each) for name in FAULTS]

@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from benchmarks.latency.case import HOSTS
 from benchmarks.latency.line import LINES
 from benchmarks.measure import Case, measure
+from benchmarks.settings import text_settings
 
 LOADS = {"quiet": 0, "load": 8}
 RATES = (50, 100, 200)
@@ -40,19 +41,15 @@ SECONDS = {name: LONG.get(name, 20.0) for name in CASES}
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = dict(word.partition("=")[::2] for word in words)
-    names = settings["cases"].split(",") if "cases" in settings else list(CASES)
-    unknown = sorted(set(settings) - {"seconds", "cases"})
-    if unknown or not set(names) <= set(CASES) or not _is_time(settings.get("seconds", "1")):
-        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
-        raise SystemExit(
-            f"{wrong}Settings are seconds (a positive number) and cases (of {', '.join(CASES)}); found "
-            f"{shlex.join(words)}."
-        )
+    usage = f"Settings are seconds (a positive number) and cases (of {', '.join(CASES)}); found {shlex.join(words)}."
+    settings = text_settings({"seconds": "", "cases": ",".join(CASES)}, words, usage)
+    everywhere, names = settings["seconds"], settings["cases"].split(",")
+    if not set(names) <= set(CASES) or not (everywhere == "" or _is_time(everywhere)):
+        raise SystemExit(usage)
     missing = [tool for tool in ("g++", "make", "chrt", "setpriv") if shutil.which(tool) is None]
     if missing:
         raise SystemExit(f"This benchmark needs {', '.join(missing)}, which cannot be found on this computer.")
-    seconds = {name: float(settings.get("seconds", SECONDS[name])) for name in names}
+    seconds = {name: float(everywhere or SECONDS[name]) for name in names}
     asked = ((CASES[name], seconds[name]) for name in names)
     measure("latency", [Case(case.module, {**case.settings, "seconds": time}) for case, time in asked])
 

@@ -16,6 +16,7 @@ from benchmarks.latency.losses import LOSSES
 from benchmarks.latency.person import GAMEPAD, KEYBOARD
 from benchmarks.latency.viewed import VIEWS
 from benchmarks.measure import Case, measure
+from benchmarks.settings import text_settings
 
 VIEWED = 60.0
 """For which a robot is driven with and without a live view [s]."""
@@ -31,17 +32,13 @@ def cases(presses: int) -> dict[str, Case]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = dict(word.partition("=")[::2] for word in words)
-    presses = settings.get("presses", "50")
-    known = cases(int(presses) if presses.isdecimal() else 0)
-    names = settings["cases"].split(",") if "cases" in settings else list(known)
-    unknown = sorted(set(settings) - {"presses", "cases"})
-    if unknown or not set(names) <= set(known) or not presses.isdecimal() or int(presses) < 1:
-        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
-        raise SystemExit(
-            f"{wrong}Settings are presses (a number from 1 on) and cases (of {', '.join(known)}); found "
-            f"{shlex.join(words)}."
-        )
+    every = list(cases(0))
+    usage = f"Settings are presses (a number from 1 on) and cases (of {', '.join(every)}); found {shlex.join(words)}."
+    settings = text_settings({"presses": "50", "cases": ",".join(every)}, words, usage)
+    presses, names = settings["presses"], settings["cases"].split(",")
+    if not set(names) <= set(every) or not presses.isdecimal() or int(presses) < 1:
+        raise SystemExit(usage)
+    known = cases(int(presses))
     measure("steering_latency", [known[name] for name in names])
 
 

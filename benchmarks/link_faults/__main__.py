@@ -22,6 +22,7 @@ from benchmarks.link_faults.counts import counts
 from benchmarks.link_faults.judging import judged, lateness
 from benchmarks.link_faults.kinds import Kind, kinds
 from benchmarks.link_faults.trial import Workplace
+from benchmarks.settings import text_settings
 from benchmarks.side_by_side import side_by_side
 from twbal.core.files import write_atomically
 
@@ -43,17 +44,16 @@ def built() -> Path:
 
 def settings_of(words: Sequence[str]) -> dict[str, str]:
     """The settings, checked."""
-    settings = {**DEFAULTS, **dict(word.partition("=")[::2] for word in words)}
-    unknown = sorted(set(settings) - set(DEFAULTS))
+    usage = (
+        "Settings are robot (virtual, firmware), clock (lockstep, real_time), times and workers (numbers) "
+        f"and kinds (some of: {'; '.join(kinds('lockstep'))}); found {shlex.join(words)}."
+    )
+    settings = text_settings(DEFAULTS, words, usage)
     wrong = any(settings[name] not in choices for name, choices in CHOICES.items())
     wrong = wrong or not set(_names(settings)) <= set(kinds("lockstep"))
     wrong = wrong or not all(settings[name].isdecimal() and int(settings[name]) for name in ("times", "workers"))
-    if unknown or wrong:
-        said = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
-        raise SystemExit(
-            f"{said}Settings are robot (virtual, firmware), clock (lockstep, real_time), times and workers (numbers) "
-            f"and kinds (some of: {'; '.join(kinds('lockstep'))}); found {shlex.join(words)}."
-        )
+    if wrong:
+        raise SystemExit(usage)
     return settings
 
 

@@ -19,7 +19,7 @@ from typing import Any
 from benchmarks.link_fuzz.harness import loaded
 from benchmarks.link_fuzz.noise import decoded
 from benchmarks.link_fuzz.sessions import Driven, driven
-from benchmarks.number_settings import number_settings
+from benchmarks.settings import number_settings
 from benchmarks.side_by_side import side_by_side
 from twbal.core.files import write_atomically
 

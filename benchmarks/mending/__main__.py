@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.hidden_robots.robots import iterate
+from benchmarks.settings import number_settings
 from twbal.algorithm.model_file import load_model
 from twbal.core.gaussian import Array
 from twbal.io.logs import read_episodes
@@ -83,12 +84,9 @@ def learn(known: dict[str, Any]) -> dict[str, Any]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = dict(word.split("=", 1) for word in words)
-    robots, workers = int(settings.pop("robots", "10")), int(settings.pop("workers", "2"))
-    if settings:
-        raise SystemExit(f"{__doc__}\nunknown settings: {', '.join(settings)}")
-    known = json.loads((RESULTS / "hidden_robots_hard_one_simulation.json").read_text())["robots"][:robots]
-    with ThreadPoolExecutor(workers) as pool:
+    settings = number_settings({"robots": 10, "workers": 2}, words)
+    known = json.loads((RESULTS / "hidden_robots_hard_one_simulation.json").read_text())["robots"][: settings["robots"]]
+    with ThreadPoolExecutor(settings["workers"]) as pool:
         found = list(pool.map(learn, known))
     (RESULTS / "mending.json").write_text(json.dumps({"updates": UPDATES, "robots": found}, indent=1) + "\n")
     falls = [1 - float(np.mean(d["left"])) for r in found for d in r["diagnoses"] if "left" in d]

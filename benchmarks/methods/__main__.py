@@ -22,6 +22,7 @@ from omegaconf import OmegaConf
 
 from benchmarks.hidden_robots.lqr_baseline import dropped_by_the_data_sheet
 from benchmarks.hidden_robots.robots import iterate
+from benchmarks.settings import text_settings
 from twbal.algorithm.comparison import METRICS, Run, estimate, paired, run_values
 from twbal.algorithm.summary import read_summary
 from twbal.cli.conf_folder import conf_folder
@@ -29,6 +30,7 @@ from twbal.cli.conf_folder import conf_folder
 ROOT = Path("outputs/bench/methods")
 METHODS = OmegaConf.load(conf_folder() / "groups" / "method.yaml")
 RESULTS = Path("benchmarks/results/methods.json")
+DEFAULTS = {"robots": "10", "first_seed": "7000", "workers": "2", "collect": "false"}
 MAIN = "twbal"  # what the others are compared with
 UPDATES = 6
 FAST = ("lqr", "lqr_identified", "agent")  # nothing is searched: three seeds each
@@ -100,16 +102,10 @@ def table(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, Any]]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = dict(word.split("=", 1) for word in words)
-    count, first, workers = (
-        int(settings.pop(name, default))
-        for name, default in (("robots", "10"), ("first_seed", "7000"), ("workers", "2"))
-    )
-    collects = settings.pop("collect", "false") == "true"
-    if settings:
-        raise SystemExit(f"unknown settings: {', '.join(settings)}")
+    settings = text_settings(DEFAULTS, words)
+    count, first, workers = (int(settings[name]) for name in ("robots", "first_seed", "workers"))
     robots = list(islice(dropped_by_the_data_sheet(first), count))
-    if not collects:
+    if settings["collect"] != "true":
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(learn, jobs(robots)))
     groups = {method: runs_of(method) for method in methods()}

@@ -14,10 +14,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.number_settings import number_settings
 from benchmarks.on_boards.agreement import NAMES, paper
 from benchmarks.on_boards.avr import taken
 from benchmarks.on_boards.kinds_of_policies import POLICIES, exported
+from benchmarks.settings import number_settings
 from twbal.core.files import write_atomically
 from twbal.embedded.boards import BOARDS, need_on
 from twbal.embedded.header import header

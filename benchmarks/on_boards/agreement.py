@@ -17,8 +17,8 @@ import numpy as np
 from hydra import compose
 from hydra.utils import instantiate
 
-from benchmarks.number_settings import number_settings
 from benchmarks.on_boards.kinds_of_policies import POLICIES, compiled, widths_of
+from benchmarks.settings import number_settings
 from benchmarks.side_by_side import side_by_side
 from twbal.cli.composition import composing
 from twbal.core.files import write_atomically

@@ -21,6 +21,7 @@ from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.record import trial_record
 from benchmarks.hidden_robots.robots import Workshop, run
 from benchmarks.on_boards.avr import taken
+from benchmarks.settings import text_settings
 from twbal.core.files import write_atomically
 from twbal.io.logs import read_episode
 from twbal.policies.saved import load_policy
@@ -73,9 +74,7 @@ def judged(name: str, policy: Path, basis: str, trials: str) -> dict[str, Any]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    if unknown := sorted(set(settings) - set(DEFAULTS)):
-        raise SystemExit(f"unknown settings: {', '.join(unknown)}. Settings are {', '.join(DEFAULTS)}.")
+    settings = text_settings(DEFAULTS, words)
     results: dict[str, Any] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     for name in settings["policies"].split(","):
         policy = whole(name)

@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.record import iteration_records
 from benchmarks.hidden_robots.robots import Workshop, iterate
+from benchmarks.settings import text_settings
 from twbal.cli.commands import text
 from twbal.core.files import write_atomically
 
@@ -118,9 +119,7 @@ def _hashes(run: Path) -> dict[str, str]:
 
 def main(given: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **dict(word.split("=", 1) for word in given)}
-    if unknown := sorted(set(settings) - set(DEFAULTS)):
-        raise SystemExit(f"unknown settings: {', '.join(unknown)}. Settings are {', '.join(DEFAULTS)}.")
+    settings = text_settings(DEFAULTS, given)
     found: dict[str, Any] = json.loads(TARGET.read_text()) if TARGET.exists() else {}
     for name in settings["robots"].split(","):
         for way in WAYS:

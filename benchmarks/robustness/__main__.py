@@ -21,6 +21,7 @@ from benchmarks.hidden_robots.__main__ import INTEGRAL, RECIPES
 from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.robots import Workshop, iterate, learn_words
 from benchmarks.robustness.integral_policy import IntegralPolicy
+from benchmarks.settings import text_settings
 from twbal.algorithm.perturbations import Perturbations
 from twbal.algorithm.robustness import (
     MethodRobustness,
@@ -98,9 +99,7 @@ def keep(done: Sequence[Sequence[PolicyRobustness]], asked: Perturbations) -> No
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    if unknown := sorted(set(settings) - set(DEFAULTS)):
-        raise SystemExit(f"unknown settings: {', '.join(unknown)}. Settings are {', '.join(DEFAULTS)}.")
+    settings = text_settings(DEFAULTS, words)
     shop, asked, first = Workshop(FAMILIES[FAMILY]), perturbations(int(settings["trials"])), int(settings["first_seed"])
     done: list[list[PolicyRobustness]] = []
     for seed in range(first, first + int(settings["robots"])):

@@ -25,11 +25,20 @@ from benchmarks.other_robots.kinds import FOREIGN, equivalents
 from benchmarks.other_robots.recording import Recorded
 from benchmarks.other_robots.score import is_there
 from benchmarks.other_robots.sets import Set, designed
+from benchmarks.settings import text_settings
 from benchmarks.what_next.recording import SHAKEN, first_and_repetition, suggested
 from benchmarks.what_next.tables import PARTS
 
+DEFAULTS = {
+    "strata": "single 1/8,pairs,triples",
+    "shaken": ",".join(SHAKEN),
+    "seeds": "2000-2009",
+    "root": "outputs/bench/what_next",
+    "code": ".",
+    "results": "benchmarks/results/what_next.json",
+    "enough": "40",
+}
 _SURE = 0.8  # probability of a set of effects below which a diagnosis suggests an experiment
-_STRATA = "single 1/8,pairs,triples"
 
 
 class Case(NamedTuple):
@@ -104,13 +113,9 @@ def _surest(rivals: Sequence[Mapping[str, Any]]) -> float:
 
 def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
-    settings = dict(word.split("=", 1) for word in words)
-    strata, shaken = settings.pop("strata", _STRATA).split(","), settings.pop("shaken", ",".join(SHAKEN)).split(",")
-    seeds, enough = seeds_of(settings.pop("seeds", "2000-2009")), int(settings.pop("enough", "40"))
-    root, code = Path(settings.pop("root", "outputs/bench/what_next")), Path(settings.pop("code", "."))
-    results = Path(settings.pop("results", "benchmarks/results/what_next.json"))
-    if settings:
-        raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
+    settings = text_settings(DEFAULTS, words)
+    strata, shaken, seeds = settings["strata"].split(","), settings["shaken"].split(","), seeds_of(settings["seeds"])
+    root, code, results = (Path(settings[name]) for name in ("root", "code", "results"))
     rows = list[dict[str, Any]]()
     for seed, stratum, how in product(seeds, strata, shaken):
         each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")
@@ -120,7 +125,7 @@ def main(words: Sequence[str]) -> None:
         rows = [json.loads(file.read_text()) for file in root.glob("*/judged.json")]
         rows.sort(key=lambda row: (row["seed"], row["stratum"], row["shaken"]))
         results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
-        if sum(row["first"]["open"] for row in rows) >= enough:
+        if sum(row["first"]["open"] for row in rows) >= int(settings["enough"]):
             break
     for part in PARTS.values():
         print("\n".join(part({"sets": rows})), end="\n\n")
