@@ -81,7 +81,6 @@ def test_bytes_pass_unchanged_both_ways(port):
 
 def test_silence_is_empty_and_a_pseudo_terminal_without_low_latency_is_tolerated(port):
     line = SerialTransport(port[1], 115200)
-    assert line.low_latency is False
     assert line.read() == b""
     line.close()
 

@@ -4,6 +4,7 @@ import errno
 import os
 import select
 from abc import ABC, abstractmethod
+from contextlib import suppress
 
 import serial
 from serial.tools import list_ports
@@ -47,12 +48,7 @@ class Transport(ABC):
 
 
 class SerialTransport(Transport):
-    """A serial port, or whatever else pyserial reaches by URL: `/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`.
-
-    Attributes:
-        low_latency: whether the driver passes bytes on at once. FTDI adapters hold them for up to 16 ms otherwise; what
-            is not a serial chip (a pseudo-terminal, a socket) has no such mode and does not need it.
-    """
+    """A serial port, or whatever else pyserial reaches by URL: `/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`."""
 
     def __init__(self, port: str, baud_rate: int) -> None:
         """Open the port for this process alone.
@@ -76,14 +72,10 @@ class SerialTransport(Transport):
             raise LinkError(_cannot_open(port, error)) from error
         is_file = os.name == "posix" and isinstance(self._port, serial.Serial)
         self._file: int | None = self._port.fileno() if is_file else None  # select() takes it
-        self.low_latency = self._set_low_latency()
-
-    def _set_low_latency(self) -> bool:
-        try:
+        # FTDI adapters hold bytes for up to 16 ms otherwise. What is no serial chip (a pseudo-terminal, a socket) has
+        # no such mode and does not need it; pyserial turns its ENOTTY into ValueError.
+        with suppress(AttributeError, NotImplementedError, OSError, ValueError):
             self._port.set_low_latency_mode(True)
-        except (AttributeError, NotImplementedError, OSError, ValueError):  # pyserial turns ENOTTY into ValueError
-            return False
-        return True
 
     def read(self) -> bytes:
         """Whatever has come; see `Transport.read`."""
