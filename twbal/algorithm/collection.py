@@ -1,11 +1,8 @@
 """Many rollouts of a simulated robot, over several processes."""
 
-import ctypes
 import math
 import multiprocessing
 import os
-import signal
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -15,7 +12,7 @@ from twbal.algorithm.rollout import Watch, rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.simulation import Simulation
 from twbal.core.channels import Channels
-from twbal.core.copies import is_copy
+from twbal.core.copies import end_with, is_copy
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError, LinkLostError
 from twbal.core.plant import Plant
@@ -24,7 +21,6 @@ from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 
 WORTH_A_PROCESS = 25  # rollouts: a fall takes some 20 ms, a process half a second to start
-_SIGNAL_AT_PARENTS_END = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
 @dataclass(frozen=True)
@@ -132,14 +128,6 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     parts = [provenances[i : i + size] for i in range(0, len(provenances), size)]
     # Spawned, not forked: a fork would copy the threads' locks of the libraries that this process has loaded.
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, spawn, _end_with, (os.getpid(),)) as pool:
+    with ProcessPoolExecutor(workers, spawn, end_with, (os.getpid(),)) as pool:
         for episodes in pool.map(plan.drive_all, parts):
             yield from episodes
-
-
-def _end_with(parent: int) -> None:
-    """Let this process be killed when its parent ends: nobody would tell it that there is no more work."""
-    if sys.platform == "linux":  # others know no such signal
-        ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
-    if os.getppid() != parent:  # it has ended already
-        os._exit(1)

@@ -42,6 +42,14 @@ def may_be_copied() -> bool:
     return _THREADS.is_dir() and len(os.listdir(_THREADS)) == 1 and cores() > 1
 
 
+def end_with(parent: int) -> None:
+    """Let this process be killed when its parent ends: nobody would tell it that there is no more work."""
+    if sys.platform == "linux":  # others know no such signal
+        ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
+    if os.getppid() != parent:  # it has ended already
+        os._exit(1)
+
+
 @contextmanager
 def begun_ahead(work: Callable[[], object]) -> Iterator[None]:
     """Let a copy of this process do some work while the body runs; it counts by the files that it leaves.
@@ -132,11 +140,10 @@ def _work_and_end(work: Callable[[], object], parent: int, unheard: Iterable[int
             if signal.getsignal(number) is not signal.SIG_IGN:  # as by nohup
                 signal.signal(number, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, unheard)
-        ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
+        end_with(parent)
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
         os.dup2(nowhere, 2)
-        if os.getppid() == parent:
-            work()
+        work()
     finally:
         os._exit(0)
