@@ -10,7 +10,6 @@ import select
 import struct
 import subprocess
 from collections.abc import Sequence
-from contextlib import suppress
 from math import nan
 from pathlib import Path
 from typing import IO
@@ -116,8 +115,7 @@ class _Body:
 
 def _end(process: subprocess.Popen[bytes]) -> None:
     if process.poll() is None:
-        with suppress(ProcessLookupError):
-            process.terminate()
+        process.terminate()
         try:
             process.wait(_GRACE)
         except subprocess.TimeoutExpired:
