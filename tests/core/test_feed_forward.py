@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 
-from twbal.core.channels import Channels
+from twbal.core.channels import Channels, StateTracker
 from twbal.core.course import Target
 from twbal.core.feed_forward import NO_OFFSET, FeedForward, FeedForwardGenerator, added
 from twbal.core.gaussian import Array
@@ -115,7 +115,7 @@ ALL = Channels(NAMES, RADIUS, PERIOD)
 def states(robot: RobotParameters, speed: float | None, forward: FeedForward | None) -> tuple[Array, list[float]]:
     """What a policy sees of a robot that is driven at random, and the torques that are added."""
     rng = np.random.default_rng(5)
-    tracker = ALL.tracker(None if speed is None else Reference(Asked(speed)), forward)
+    tracker = StateTracker(ALL, None if speed is None else Reference(Asked(speed)), forward)
     found, commands, torques = [], [], []
     for time in np.arange(0.0, 1.0, PERIOD).tolist():
         tracker.state(Observation(time, *rng.normal(size=6) * 0.1), commands)
@@ -148,7 +148,7 @@ def test_the_state_is_less_what_goes_with_the_acceleration_and_commands_less_wha
 
 
 def test_what_is_recorded_is_less_the_reference_alone(robot: RobotParameters) -> None:
-    with_it, without = (ALL.tracker(Reference(Asked(0.8)), each) for each in (FeedForward.of_robot(robot), None))
+    with_it, without = (StateTracker(ALL, Reference(Asked(0.8)), each) for each in (FeedForward.of_robot(robot), None))
     for time in np.arange(0.0, 1.0, PERIOD).tolist():
         seen = Observation(time, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
         found, expected = (tracker.state(seen, [1.0])[:-1] for tracker in (with_it, without))

@@ -3,7 +3,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from twbal.core.channels import DRIVING_INTEGRAL, Channels
+from twbal.core.channels import DRIVING_INTEGRAL, Channels, StateTracker
 from twbal.core.course import AT_REST, Course, Standing, Target
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
@@ -177,7 +177,7 @@ def test_a_robot_that_stands_near_enough_is_led_on_and_one_that_is_held_farther_
 
 def test_errors_are_what_a_frame_that_moves_with_the_reference_shows() -> None:
     """The same wiggle about a standing and about a moving place gives the same states, but for the faster integral."""
-    moving, still = PLACE.tracker(reference := Reference(Asked(0.6))), PLACE.tracker()
+    moving, still = StateTracker(PLACE, reference := Reference(Asked(0.6))), StateTracker(PLACE)
     planned = Reference(Asked(0.6))
     integral, off, was_moving = 0.0, 0.0, False
     for time in np.arange(0.0, 8.0, PERIOD).tolist():
@@ -193,7 +193,7 @@ def test_errors_are_what_a_frame_that_moves_with_the_reference_shows() -> None:
 
 def test_friction_is_made_up_for_sooner_while_the_reference_moves() -> None:
     """A robot that stays 5 cm ahead."""
-    tracker = PLACE.tracker(reference := Reference(Stop(0.8)))
+    tracker = StateTracker(PLACE, reference := Reference(Stop(0.8)))
     planned, rows = Reference(Stop(0.8)), []
     for time in np.arange(0.0, 12.0, PERIOD).tolist():
         motion = planned.follow(time, *planned.motion[:2])
@@ -207,7 +207,7 @@ def test_friction_is_made_up_for_sooner_while_the_reference_moves() -> None:
 
 
 def test_where_the_encoders_began_to_count_does_not_matter() -> None:
-    at_zero, elsewhere = (PLACE.tracker(Reference(Asked(0.6))) for _ in range(2))
+    at_zero, elsewhere = (StateTracker(PLACE, Reference(Asked(0.6))) for _ in range(2))
     for time in np.arange(0.0, 4.0, PERIOD).tolist():
         seen = seen_at(time, 0.5 * time, 0.5, 0.1)
         shifted = seen._replace(wheel_angle=seen.wheel_angle + 100.0)
@@ -217,7 +217,7 @@ def test_where_the_encoders_began_to_count_does_not_matter() -> None:
 def test_a_reference_at_rest_changes_no_state_of_a_robot_that_is_near() -> None:
     """Within a wheel radius."""
     rng = np.random.default_rng(3)
-    with_one, without = PLACE.tracker(Reference(Asked(0.0))), PLACE.tracker()
+    with_one, without = StateTracker(PLACE, Reference(Asked(0.0))), StateTracker(PLACE)
     for time in np.arange(0.0, 4.0, PERIOD).tolist():
         seen = seen_at(time, *rng.uniform(-0.4 * RADIUS, 0.4 * RADIUS, 2), 0.1)
         assert with_one.state(seen, []).tolist() == without.state(seen, []).tolist()
@@ -225,7 +225,7 @@ def test_a_reference_at_rest_changes_no_state_of_a_robot_that_is_near() -> None:
 
 def integrals_behind_rest(place: float, seconds: float) -> Array:
     """Of a robot that is put down and stands at `place` from then on, behind a reference at rest."""
-    tracker = PLACE.tracker(reference := Reference(Asked(0.0)))
+    tracker = StateTracker(PLACE, reference := Reference(Asked(0.0)))
     times = np.arange(0.0, seconds, PERIOD).tolist()
     found = [tracker.state(seen_at(time, place if time else 0.0, 0.0, 0.0), [])[3] for time in times]
     assert not reference.events
@@ -244,7 +244,7 @@ def test_a_slope_is_made_up_for_sooner_where_the_robot_is_more_than_a_wheel_radi
 
 
 def test_the_integral_is_held_while_the_reference_gives_way() -> None:
-    tracker = PLACE.tracker(reference := Reference(Asked(0.8)))
+    tracker = StateTracker(PLACE, reference := Reference(Asked(0.8)))
     integrals, giving = [], []
     for time in np.arange(0.0, 20.0, PERIOD).tolist():
         integrals.append(tracker.state(seen_at(time, 0.0, 0.0, 0.0), [])[3])

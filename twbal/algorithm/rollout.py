@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from twbal.core.channels import Channels
+from twbal.core.channels import Channels, StateTracker
 from twbal.core.course import Standing
 from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
@@ -179,7 +179,7 @@ class _Record:
         self._is_to_stand = isinstance(targets, Standing)
         most_taken = 1.0 if self._is_to_stand else FASTEST_TAKEN * yields
         self._reference = None if targets is None else Reference(targets, most_taken=most_taken)
-        self._tracker = channels.tracker(self._reference, feed_forward)
+        self._tracker = StateTracker(channels, self._reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 

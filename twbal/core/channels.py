@@ -136,15 +136,6 @@ class Channels:
             matrix[self.names.index("position")] = 0.5 * self.control_period * matrix[self.names.index("speed")]
         return matrix
 
-    def tracker(self, reference: Reference | None = None, feed_forward: FeedForward | None = None) -> "StateTracker":
-        """Makes the states of a rollout that is going on.
-
-        Args:
-            reference: that the robot follows; None: it stands where it was put.
-            feed_forward: of the reference's acceleration; None: nothing is fed forward.
-        """
-        return StateTracker(self, reference, feed_forward)
-
     def states(self, observations: Array, commands: Array) -> Array:
         """The states of a whole rollout, (T + 1, D).
 

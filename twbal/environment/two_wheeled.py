@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twbal.core.channels import Channels
+from twbal.core.channels import Channels, StateTracker
 from twbal.core.cost import Cost
 from twbal.core.errors import ConfigError, DataError, install_advice
 from twbal.core.evaluation import SuccessCriterion
@@ -65,7 +65,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         self.action_space = Box(-1.0, 1.0, (1,), np.float32)
         self._plant, self._robot, self._cost, self._rule = plant, robot, cost, rule
         self._seen = Observation(*[0.0] * len(Observation._fields))
-        self._tracker = channels.tracker()
+        self._tracker = StateTracker(channels)
         self._commands: list[float] = []
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
@@ -79,7 +79,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         drawn = int(self.np_random.integers(_TRIALS))
         trial = int((options or {}).get("trial", drawn))
         self._commands = []
-        self._tracker = self.channels.tracker()
+        self._tracker = StateTracker(self.channels)
         self._seen = self._plant.reset(trial)
         return self._state(), {"trial": trial}
 
