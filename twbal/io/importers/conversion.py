@@ -19,6 +19,7 @@ from twbal.core.text import counted
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
+from twbal.io.importers.checks.rates import integral
 from twbal.io.importers.checks.repeated_rows import held_doubts
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import reader_of
@@ -262,7 +263,7 @@ def _episode(
     tilt = taken["tilt"]
     tilt_rate = taken["tilt_rate"] if "tilt_rate" in taken else rate_of("tilt_rate", tilt)
     if (angle := _wheel_angle(taken, radius)) is None:
-        angle = np.concatenate([[0.0], np.cumsum(0.5 * period * (taken["wheel_rate"][1:] + taken["wheel_rate"][:-1]))])
+        angle = integral(taken["wheel_rate"], period)
         estimated.append(Estimated("wheel_angle", float("inf")))
     wheel_rate = taken["wheel_rate"] if "wheel_rate" in taken else rate_of("wheel_rate", angle)
     if "yaw_rate" in taken:

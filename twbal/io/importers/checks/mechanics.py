@@ -23,6 +23,7 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.core.smoothed_derivatives import lengths, smoothed
 from twbal.io.importers.checks.doubt import LogPart
+from twbal.io.importers.checks.rates import integral
 
 
 class Expected(NamedTuple):
@@ -98,11 +99,6 @@ def mechanics(part: LogPart, by_gyro: bool = True, wheels: Array | None = None) 
     first = 1 if has_angle else 0  # derivative of what was measured that is φ'
     found = [_through(part, theta, phi, first, is_integral, length) for length in lengths(len(theta), part.period)]
     return max(found, key=_certainty, default=None)
-
-
-def integral(rates: Array, period: float) -> Array:
-    """Angle that a rate turns through since the first sample, (n,)."""
-    return np.concatenate([[0.0], np.cumsum(0.5 * period * (rates[1:] + rates[:-1]))])
 
 
 def _certainty(found: Mechanics) -> float:

@@ -143,10 +143,14 @@ def changes(values: Array, span: int) -> Array:
     return values[span:] - values[:-span]
 
 
+def integral(rates: Array, period: float) -> Array:
+    """Angle that a rate turns through since the first sample, (n,)."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * period * (rates[1:] + rates[:-1]))])
+
+
 def turned(rates: Array, span: int, period: float) -> Array:
     """Angles that rates turn through in `span` samples, (n - span,)."""
-    sums = np.concatenate([[0.0], np.cumsum(0.5 * period * (rates[1:] + rates[:-1]))])
-    return changes(sums, span)
+    return changes(integral(rates, period), span)
 
 
 def rate_doubts(found: Sequence[RateAgreement], to_blame: Mapping[str, str]) -> Iterator[Doubt]:

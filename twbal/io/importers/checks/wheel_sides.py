@@ -9,8 +9,8 @@ from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
 from twbal.core.smoothed_derivatives import lengths, smoothed
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
-from twbal.io.importers.checks.mechanics import integral, mechanics
-from twbal.io.importers.checks.rates import changes, turned
+from twbal.io.importers.checks.mechanics import mechanics
+from twbal.io.importers.checks.rates import changes, integral, turned
 
 SCALE_OF_EACH = "give each its scale: [s, -s] in the place of a scale s"
 """What to do where one of two columns has the wrong sign."""
