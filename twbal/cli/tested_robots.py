@@ -14,7 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.algorithm.tested_robot import TestedRobot
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import explained
-from twbal.cli.yaml_data import Bounds, read_yaml
+from twbal.cli.yaml_data import OF_A_RUN, read_yaml
 from twbal.core.errors import ConfigError, DataError
 from twbal.virtual_robot.drawn import draw_ground_truth
 
@@ -26,7 +26,6 @@ _OF_SERVING = ("clock", "self_stop_tilt", "watchdog", "protocol", "held", "idle_
 _NAME = re.compile(r"[\w.-]+")
 _KEY = re.compile(r"[\w.]+")
 _NO_NAME = "${robot.name}"  # as a run keeps it
-_BOUNDS = Bounds(2**20, 32, 20_000)
 
 
 class FoundRobot(NamedTuple):
@@ -53,7 +52,7 @@ def robot_of_run(run: Path) -> FoundRobot:
     """
     file = run / ".hydra" / "config.yaml"
     try:
-        settings = read_yaml(file, _BOUNDS)
+        settings = read_yaml(file, OF_A_RUN)
     except FileNotFoundError:
         raise DataError(
             f"{run} does not say which robot its policy was learned on (no .hydra/config.yaml). Give the policy.pt "

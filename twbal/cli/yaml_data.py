@@ -28,6 +28,10 @@ class Bounds(NamedTuple):
     values: int = 2000
 
 
+OF_A_RUN = Bounds(2**20, 32, 20_000)
+"""Of the configuration of a run."""
+
+
 def read_yaml(path: Path, bounds: Bounds = Bounds()) -> Any:  # noqa: B008 - a tuple, which nobody can change
     """What a yaml file says: dicts with text keys, lists, and text, also where it says numbers.
 

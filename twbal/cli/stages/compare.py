@@ -16,7 +16,7 @@ from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import run_folder
 from twbal.cli.manifest import MANIFEST, read_manifest
 from twbal.cli.typed_config import typed
-from twbal.cli.yaml_data import Bounds, read_yaml, yaml_of
+from twbal.cli.yaml_data import OF_A_RUN, read_yaml, yaml_of
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import write_atomically
 from twbal.viz.canvas import svg
@@ -24,7 +24,6 @@ from twbal.viz.comparison_figure import comparison_figure
 from twbal.viz.page import inline, render
 
 SUMMARY = "summary.json"
-_BOUNDS = Bounds(2**20, 32, 20_000)  # of a run's configuration
 _JUDGED_BY = {"success": ("rule of success", "successes"), "cost": ("cost function", "costs")}
 
 
@@ -130,10 +129,10 @@ def _settings(run: Path) -> Any:
     A copy of a run may be without hidden files, and so without Hydra's. Then the run's manifest is asked.
     """
     try:
-        return read_yaml(run / ".hydra" / "config.yaml", _BOUNDS)
+        return read_yaml(run / ".hydra" / "config.yaml", OF_A_RUN)
     except FileNotFoundError:
         manifest = read_manifest(run)
-        return {} if manifest is None else yaml_of(manifest.settings, run / MANIFEST, _BOUNDS)
+        return {} if manifest is None else yaml_of(manifest.settings, run / MANIFEST, OF_A_RUN)
 
 
 def _link_seed(run: Path) -> str:
