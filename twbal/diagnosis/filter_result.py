@@ -9,7 +9,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.kalman import Filter, error_variances
+from twbal.sysid.kalman import error_variances
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
@@ -104,18 +104,13 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
         effects,
         trajectories,
         errors,
-        error_noise(kalman),
+        np.sqrt(error_variances(kalman)),
         model.noise,
         model.angle_lead,
         model.offsets,
         kalman.covariance,
         model.planar.tilt_filter_rate,
     )
-
-
-def error_noise(kalman: Filter) -> Array:
-    """(4,) standard deviations of the prediction errors of a filter that has settled."""
-    return np.sqrt(error_variances(kalman))
 
 
 def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
