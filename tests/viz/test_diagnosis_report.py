@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from twbal.diagnosis.advice import UNCONFIRMED
-from twbal.diagnosis.diagnosis_file import suggested_in, write_diagnosis
+from twbal.diagnosis.diagnosis_file import concluded, write_diagnosis
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
@@ -149,10 +149,10 @@ def test_the_json_has_the_suggested_command_and_the_recordings_that_disagree(tmp
     record = json.loads((tmp_path / "a.json").read_text())
     assert record["next_experiment"]["settings"] == {"steps": 500}
     assert record["disagreements"][0]["recording"] == "b"
-    assert suggested_in(tmp_path / "a.json") == "twbal real-rollout steps=500"
+    assert concluded(tmp_path / "a.json").suggested == "twbal real-rollout steps=500"
     write_diagnosis(tmp_path / "b.json", NAMED)
     assert json.loads((tmp_path / "b.json").read_text())["next_experiment"] is None
-    assert suggested_in(tmp_path / "b.json") == ""
+    assert concluded(tmp_path / "b.json").suggested == ""
 
 
 def test_the_page_and_the_json_have_the_curve_of_what_remains_and_what_it_looks_like(tmp_path):

@@ -1,7 +1,7 @@
 """`diagnosis.json`: how it is written, and what later commands read of it."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from twbal.core.errors import DataError
 from twbal.core.files import read_json
@@ -41,35 +41,37 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     write_record(path, as_record(diagnosis))
 
 
-def verdict_in(path: Path) -> Verdict:
-    """The verdict of a `diagnosis.json`."""
-    return Verdict(read_json(path)["verdict"])
+class Concluded(NamedTuple):
+    """What a `diagnosis.json` says of what comes next.
 
-
-def suggested_in(path: Path) -> str:
-    """The command of the suggested experiment in a `diagnosis.json`; "" where there is none."""
-    return str((read_json(path).get("next_experiment") or {}).get("command", ""))
-
-
-def repetition_tells_more(path: Path) -> bool:
-    """Whether a `diagnosis.json` expects more of a repetition of what was recorded than of the suggested experiment."""
-    suggested = read_json(path).get("next_experiment") or {}
-    return float(suggested.get("repetition", 0.0)) > float(suggested.get("separation", 0.0))
-
-
-def has_no_safe_experiment(path: Path) -> bool:
-    """Whether a `diagnosis.json` says that none of the experiments that were weighed is safe."""
-    return bool(read_json(path).get("no_safe_experiment", False))
-
-
-def is_better_unchanged(path: Path) -> bool:
-    """Whether a `diagnosis.json` says that the simulation as it was predicts held-out data better than what came of it.
-
-    By more than `CHANCE`, as a data sheet may be refitted where nothing is missing.
+    Attributes:
+        is_open: whether its verdict is.
+        suggested: command of the suggested experiment; "" where there is none.
+        repetition_tells_more: whether more is expected of a repetition of what was recorded than of that experiment.
+        has_no_safe_experiment: whether none of the experiments that were weighed is safe.
+        is_better_unchanged: whether the simulation as it was predicts held-out data better than what came of it, by
+            more than `CHANCE`, as a data sheet may be refitted where nothing is missing.
     """
-    gap = read_json(path).get("gap") or {}
+
+    is_open: bool
+    suggested: str
+    repetition_tells_more: bool
+    has_no_safe_experiment: bool
+    is_better_unchanged: bool
+
+
+def concluded(path: Path) -> Concluded:
+    """What a `diagnosis.json` says of what comes next."""
+    record = read_json(path)
+    suggested, gap = record.get("next_experiment") or {}, record.get("gap") or {}
     before, after = gap.get("before"), gap.get("after")
-    return before is not None and after is not None and after > (1.0 + CHANCE) * before
+    return Concluded(
+        is_open=Verdict(record["verdict"]).is_open,
+        suggested=str(suggested.get("command", "")),
+        repetition_tells_more=float(suggested.get("repetition", 0.0)) > float(suggested.get("separation", 0.0)),
+        has_no_safe_experiment=bool(record.get("no_safe_experiment", False)),
+        is_better_unchanged=before is not None and after is not None and after > (1.0 + CHANCE) * before,
+    )
 
 
 def closed_share(path: Path) -> float:

@@ -14,14 +14,7 @@ from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
-from twbal.diagnosis.diagnosis_file import (
-    has_no_safe_experiment,
-    is_better_unchanged,
-    repetition_tells_more,
-    suggested_in,
-    verdict_in,
-    write_diagnosis,
-)
+from twbal.diagnosis.diagnosis_file import concluded, write_diagnosis
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.log_names import distinct_names
@@ -46,10 +39,10 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     made = run(cfg, out)
-    suggested = suggested_in(out / DIAGNOSIS)
-    if suggested and not verdict_in(out / DIAGNOSIS).is_open:
-        say(f"to tell apart what is left: {suggested}")
-    if not verdict_in(out / DIAGNOSIS).is_open and is_better_unchanged(out / DIAGNOSIS):
+    found = concluded(out / DIAGNOSIS)
+    if found.suggested and not found.is_open:
+        say(f"to tell apart what is left: {found.suggested}")
+    if found.is_better_unchanged and not found.is_open:
         say(
             "the simulation as it was predicts held-out data better than with the refitted data sheet: keep it as it is"
         )
@@ -77,15 +70,16 @@ def suggested_next(out: Path, recorded_by: object = None) -> str:
         out: the folder.
         recorded_by: as of `gently`.
     """
-    if not verdict_in(out / DIAGNOSIS).is_open:
-        if is_better_unchanged(out / DIAGNOSIS):
+    found = concluded(out / DIAGNOSIS)
+    if not found.is_open:
+        if found.is_better_unchanged:
             return next_command("sim-collect", {}, "robot", "sim")
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
-    if has_no_safe_experiment(out / DIAGNOSIS):
+    if found.has_no_safe_experiment:
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
-    if repetition_tells_more(out / DIAGNOSIS):
+    if found.repetition_tells_more:
         return "record the robot again as before, and diagnose all recordings together: episodes=[..., ...]"
-    return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", gently(recorded_by), "robot")
+    return found.suggested or next_command("real-rollout", gently(recorded_by), "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
