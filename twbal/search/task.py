@@ -11,7 +11,7 @@ import numpy as np
 
 from twbal.core.cost import Cost
 from twbal.core.errors import ConfigError
-from twbal.core.gaussian import Array, Gaussian, moment_matched_mixture
+from twbal.core.gaussian import Gaussian, moment_matched_mixture
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
@@ -218,16 +218,9 @@ class Task:
                 [step.next_state for step in propagate(transition, policy, self.start, horizon, truncation)]
                 for transition in self._transitions
             ]
-        sensors = [np.diag(_sensor_variance(model)) for model in self.models]  # (D, D)
+        sensors = [np.diag(model.sensor_variance) for model in self.models]  # (D, D)
         seen = [
             [Gaussian(state.mean, state.covariance + noise) for state in (self.start, *course)]
             for course, noise in zip(courses, sensors, strict=True)
         ]
         return tuple(moment_matched_mixture(states) for states in zip(*seen, strict=True))
-
-
-def _sensor_variance(model: DynamicsModel) -> Array:
-    """What the sensors add to each channel, (D,): kinematic channels and past commands have no noise of their own."""
-    variance = np.zeros(len(model.channels.names))
-    variance[list(model.channels.measured)] = model.observation_noise
-    return variance
