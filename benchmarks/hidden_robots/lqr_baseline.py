@@ -15,11 +15,11 @@ from benchmarks.hidden_robots.robots import Workshop
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
-from twbal.core.evaluation import SuccessCriterion, succeeded
+from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.core.gaussian import Array
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
-from twbal.planar.linearised import linearise
+from twbal.planar.linearised import sampled
 from twbal.policies.policy import Controller, Policy
 
 _WIDTHS = np.array([0.25, 2.5, 1.0])  # rad, rad/s, m/s: Bryson's rule, a usual deviation of each
@@ -29,11 +29,8 @@ class Regulator(Policy):
     """u = -Kx, cut at the torque limit, with K of the data sheet's linearised model, sampled at the control period."""
 
     def __init__(self, robot: RobotParameters) -> None:
-        model = linearise(robot)
-        block = np.zeros((4, 4))
-        block[:3, :3], block[:3, 3] = model.A, model.B
-        sampled = scipy.linalg.expm(block * robot.control_period)
-        A, B = sampled[:3, :3], sampled[:3, 3:]
+        A, B = sampled(robot)
+        B = B[:, None]
         Q, R = np.diag(_WIDTHS**-2.0), np.array([[robot.torque_limit**-2.0]])
         P = scipy.linalg.solve_discrete_are(A, B, Q, R)
         self._gain: Array = np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)[0]
@@ -52,7 +49,7 @@ def drops(plant: Plant, robot: RobotParameters, rule: SuccessCriterion, trials: 
         episode = rollout(
             plant, regulator, channels, rule.steps, rule.tilt_limit, Provenance(robot.name, "robot", trial=trial)
         )
-        if succeeded(episode, rule):
+        if judged(episode, rule).succeeded:
             return False
     return True
 
