@@ -16,7 +16,6 @@ from twbal.core.evaluation import (
     judged,
     positions,
     real_cost,
-    succeeded,
 )
 from twbal.core.gaussian import Array, Gaussian
 
@@ -42,12 +41,12 @@ def damped_tilt(steps: int, rate: float) -> Array:
 
 
 def test_a_damped_tilt_succeeds_and_a_growing_one_does_not() -> None:
-    assert succeeded(episode(damped_tilt(50, -2.0)), RULE)
-    assert not succeeded(episode(damped_tilt(50, 1.5)), RULE)
+    assert judged(episode(damped_tilt(50, -2.0)), RULE).succeeded
+    assert not judged(episode(damped_tilt(50, 1.5)), RULE).succeeded
 
 
 def test_a_trial_that_ends_early_fails() -> None:
-    assert not succeeded(episode(damped_tilt(49, -2.0)), RULE)
+    assert not judged(episode(damped_tilt(49, -2.0)), RULE).succeeded
 
 
 @pytest.mark.parametrize(
@@ -57,7 +56,7 @@ def test_a_trial_that_ends_early_fails() -> None:
 def test_each_limit_holds_where_it_should(step: int, tilt: float, expected: bool) -> None:
     course = np.zeros(61)
     course[step] = tilt
-    assert succeeded(episode(course), RULE) is expected
+    assert judged(episode(course), RULE).succeeded is expected
 
 
 def test_a_rule_that_cannot_be_met_is_refused() -> None:

@@ -11,7 +11,7 @@ from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost, cost_over
 from twbal.core.episode import Provenance
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import succeeded
+from twbal.core.evaluation import judged
 from twbal.effects.library import effects_from
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
@@ -27,7 +27,7 @@ def successes(robot, policy, effects, trials=4):
         rollout(plant, policy, channels, rule.steps, rule.tilt_limit, Provenance("paper", "robot", trial=k))
         for k in range(trials)
     ]
-    return sum(succeeded(episode, rule) for episode in driven)
+    return sum(judged(episode, rule).succeeded for episode in driven)
 
 
 @pytest.fixture(scope="module")

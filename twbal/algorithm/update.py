@@ -11,7 +11,7 @@ from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
 from twbal.algorithm.steps import Conditions, FittedDifference, K, M, P, R, S, SearchInputs, Steps, Timed
-from twbal.core.evaluation import SuccessCriterion, judged, succeeded
+from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
@@ -170,7 +170,7 @@ class Update(Generic[R, M, P, S, K]):
 
     def solved(self, rollouts: R) -> bool:
         """Whether all of them succeeded."""
-        return all(succeeded(episode, self._rule) for episode in self._steps.episodes([rollouts]))
+        return all(judged(episode, self._rule).succeeded for episode in self._steps.episodes([rollouts]))
 
     def shown(self, rollouts: R) -> Shown:
         """What trials show."""

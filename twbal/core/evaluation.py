@@ -218,11 +218,6 @@ def judged(episode: Episode, rule: SuccessCriterion) -> TrialVerdict:
     )
 
 
-def succeeded(episode: Episode, rule: SuccessCriterion) -> bool:
-    """Whether a trial shows all that `rule` asks."""
-    return judged(episode, rule).succeeded
-
-
 def _used(tilt: float, farthest: float | None, change: float | None, rule: SuccessCriterion) -> float:
     """Greatest share of a limit; see `TrialVerdict`."""
     pairs = ((tilt, rule.settled_tilt_limit), (farthest, rule.place_limit), (change, rule.command_change))

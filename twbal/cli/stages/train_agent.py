@@ -14,7 +14,7 @@ from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Provenance
-from twbal.core.evaluation import SuccessCriterion, succeeded
+from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.environment.agent import AgentRecipe
 from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.saved import load_policy
@@ -56,7 +56,7 @@ def successes(cfg: DictConfig, policy: Path, trials: int) -> int:
     rollouts = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
     source = Provenance(str(cfg.robot.name), "simulation", seed=seed)
     driven = simulate(simulation_of(cfg), load_policy(policy, channels.names), channels, rollouts, source)
-    return sum(succeeded(episode, rule) for episode in driven)
+    return sum(judged(episode, rule).succeeded for episode in driven)
 
 
 def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Path) -> Path:
