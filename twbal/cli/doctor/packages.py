@@ -4,7 +4,7 @@ import os
 import platform
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 
@@ -120,10 +120,5 @@ def _differs(found: str | None, pin: str | None) -> bool:
 
 
 def _some(phrases: list[str]) -> str:
-    return ", ".join(_shortened(phrases))
-
-
-def _shortened(phrases: list[str]) -> Iterator[str]:
-    yield from phrases[:_LISTED]
-    if len(phrases) > _LISTED:
-        yield f"and {len(phrases) - _LISTED} more"
+    more = [f"and {len(phrases) - _LISTED} more"] if len(phrases) > _LISTED else []
+    return ", ".join([*phrases[:_LISTED], *more])
