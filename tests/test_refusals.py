@@ -11,9 +11,8 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 from collections.abc import Callable
-from contextlib import closing, contextmanager
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,6 +20,7 @@ import numpy as np
 import pytest
 import torch
 from mcap.writer import Writer
+from served import served
 
 from twbal.cli.main import STAGES, main
 from twbal.core.episode import Outcome
@@ -31,7 +31,6 @@ from twbal.link.protocol import Clock, Status, Telemetry, Welcome
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
-from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 
 QUICK_F = "model.fit_f.settings.fit.starts=1"
 QUICK_G = "model.fit_g.settings.starts=1"
@@ -330,26 +329,14 @@ def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_marked_link_los
     assert robot.port in episode.events[-1].text
 
 
-@contextmanager
 def robot_behind_a_port(sim_plant, change: Callable[[Message], Message]):
     """The path of the port of a robot in this process; `change` is what the line does to what it says."""
     identity = Identity("paper", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
-    ended = threading.Event()
 
-    def live(line: PseudoTerminal) -> None:
-        firmware = Firmware(sim_plant, identity)
-        while not ended.is_set():
-            answer = firmware.receive(line.read(0.05) or b"", 0)
-            line.write(b"".join(to_wire(change(said)) for said in Decoder().feed(answer)))
+    def on_the_line(said: bytes) -> bytes:
+        return b"".join(to_wire(change(message)) for message in Decoder().feed(said))
 
-    with closing(PseudoTerminal()) as line:
-        thread = threading.Thread(target=live, args=(line,))
-        thread.start()
-        try:
-            yield line.path
-        finally:
-            ended.set()
-            thread.join()
+    return served(Firmware(sim_plant, identity), on_the_line)
 
 
 @pytest.fixture

@@ -6,14 +6,14 @@ import re
 import struct
 import sys
 import tempfile
-import threading
 import time
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 import yaml
 from held_robot import HeldRobot
+from served import served
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
@@ -21,34 +21,18 @@ from twbal.core.json_records import read_record
 from twbal.link.checks.procedure import LinkReport
 from twbal.link.protocol import Clock
 from twbal.virtual_robot.firmware import Firmware, Identity
-from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 
 pytestmark = pytest.mark.usefixtures("as_from_a_shell")
 QUICK = ("exchanges=20", "rest=0.6", "write_sheet=false", "hydra.run.dir=out")
 
 
-@contextmanager
-def served(plant, firmware=0, torque_limit=4.0):
-    """The port of a robot in this process."""
-    me, ended = Identity("held", torque_limit, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware), threading.Event()
-
-    def live(line):
-        robot = Firmware(plant, me)
-        while not ended.is_set():
-            line.write(robot.receive(line.read(0.05) or b"", 0))
-
-    with closing(PseudoTerminal()) as line:
-        thread = threading.Thread(target=live, args=(line,))
-        thread.start()
-        try:
-            yield line.path
-        finally:
-            ended.set()
-            thread.join()
+def port_of(plant, firmware=0, torque_limit=4.0):
+    """As long as it is served."""
+    return served(Firmware(plant, Identity("held", torque_limit, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware)))
 
 
 def tried(plant, *words, **identity):
-    with served(plant, **identity) as port:
+    with port_of(plant, **identity) as port:
         return main(["check-link", "link=serial", f"link.port={port}", *QUICK, *words])
 
 
@@ -157,7 +141,7 @@ def test_a_torque_limit_that_single_precision_cannot_hold_is_that_of_the_sheet_a
     pulse = f"pulse={0.4 / limit:.2f}"
     assert tried(HeldRobot(), *MINE, pulse, torque_limit=limit) == 0
     assert 0.0 <= limit - yaml.safe_load(path.read_text())["torque_limit"] < 1e-5 * limit
-    with served(HeldRobot(), torque_limit=limit) as port:
+    with port_of(HeldRobot(), torque_limit=limit) as port:
         assert driven(port) == 0
 
 
@@ -227,7 +211,7 @@ def test_a_robot_that_was_found_wrong_writes_no_sheet_and_is_not_armed_until_tha
     assert tried(HeldRobot(signs=(-1.0, -1.0)), *MINE) == 1
     assert path.read_text() == before
     robot = HeldRobot()
-    with served(robot) as port:
+    with port_of(robot) as port:
         robot.reset = lambda trial: pytest.fail("armed")
         assert driven(port) == 1
         said = capsys.readouterr().err
@@ -240,19 +224,19 @@ def test_a_robot_that_was_found_wrong_writes_no_sheet_and_is_not_armed_until_tha
 def test_a_good_robot_is_armed_until_its_sheet_or_its_firmware_changes(tmp_path, capsys):
     own_sheet(tmp_path)
     assert tried(HeldRobot(), *MINE) == 0
-    with served(HeldRobot()) as port:
+    with port_of(HeldRobot()) as port:
         assert driven(port) == 0
         assert "never tried" not in capsys.readouterr().out
         assert driven(port, "robot.body_mass=10.5") == 1
         assert ": body_mass was 10 kg and is 10.5 kg." in capsys.readouterr().err
-    with served(HeldRobot(), firmware=77) as port:
+    with port_of(HeldRobot(), firmware=77) as port:
         assert driven(port) == 1
         assert "its firmware was not numbered and is 0000004d" in capsys.readouterr().err
 
 
 def test_a_robot_that_was_never_checked_is_driven_with_a_sentence_of_advice(tmp_path, capsys):
     own_sheet(tmp_path, torque_limit="4.0")
-    with served(HeldRobot()) as port:
+    with port_of(HeldRobot()) as port:
         assert driven(port) == 0
         assert "was never tried by `twbal check-link`" in capsys.readouterr().out
         assert driven(port, "heed_check=false") == 0
@@ -265,7 +249,7 @@ def test_a_robot_with_a_sheet_of_new_robot_is_not_armed_before_it_was_checked(tm
     path.write_text(f"{head}\n{path.read_text()}")
     robot = HeldRobot()
     reset = robot.reset
-    with served(robot) as port:
+    with port_of(robot) as port:
         robot.reset = lambda trial: pytest.fail("armed")
         assert driven(port) == 1
         said = capsys.readouterr().err
@@ -274,7 +258,7 @@ def test_a_robot_with_a_sheet_of_new_robot_is_not_armed_before_it_was_checked(tm
         robot.reset = reset
         assert driven(port, "heed_check=false") == 0
     assert tried(HeldRobot(), *MINE) == 0
-    with served(HeldRobot()) as port:
+    with port_of(HeldRobot()) as port:
         assert driven(port, "hydra.run.dir=again") == 0
 
 
@@ -282,13 +266,13 @@ def test_iterate_and_drive_refuse_it_too_and_before_anything_is_learned(tmp_path
     own_sheet(tmp_path, torque_limit="4.0")
     assert tried(HeldRobot(signs=(-1.0, -1.0)), *MINE) == 1
     words = ("--config-dir=mine", "robot=mine", "link=serial", "link.confirm_placed=null", "hydra.run.dir=run")
-    with served(HeldRobot()) as port:
+    with port_of(HeldRobot()) as port:
         assert main(["iterate", f"link.port={port}", *words]) == 1
         said = capsys.readouterr()
         assert re.search(r"found something wrong: .*torque sign", said.err)
         assert "real_rollout.heed_check=false" in said.err
         assert "sim-collect" not in said.out
-    with served(HeldRobot()) as port, pseudo_keys() as keys:
+    with port_of(HeldRobot()) as port, pseudo_keys() as keys:
         assert main(["drive", f"link.port={port}", "policy=random", f"input={keys}", "seconds=0.1", *words]) == 1
         assert re.search(r"found something wrong: .*torque sign", capsys.readouterr().err)
 
