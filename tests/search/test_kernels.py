@@ -5,26 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from small_search import COST, SHAPE, START, balancing, check_gradient, particles
 
-from twbal.core.cost import SaturatingCost
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Gaussian
 from twbal.models.fit_settings import FitSettings
 from twbal.models.kernels.exact import fit_exact
 from twbal.search.descent import descend
 from twbal.search.optimise import search_policy
-from twbal.search.particles import ParticleObjective
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
-from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.torch_functions import mean_function
 from twbal.search.torch_robots import Robots
 from twbal.search.validation import validate
 
-SHAPE = PolicyParametrisation(
-    5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, command_scale=0.4, weight_sd=0.05
-)
-START = Gaussian(np.array([-0.1, 0.0, 0.0, 0.0]), np.diag([0.02, 0.05, 0.02, 0.0]) ** 2)
-COST = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, np.inf]))
 FIT = FitSettings(1, 0.5, 60, 1, 30, 1000.0, 100.0)
 
 
@@ -39,12 +32,7 @@ def model(make_system):
 
 @pytest.fixture(scope="module")
 def policy(model):
-    gain = np.array([-30.0, -4.0, -2.0, 0.1])
-    return linear_policy(SHAPE, model.channels.names, 20.0, gain, np.random.default_rng(0))
-
-
-def particles(model, count, horizon=8):
-    return ParticleObjective(model, COST, START, horizon, count, 100, 0, 1e-4)
+    return balancing(model)
 
 
 def followed(model, policy, robots, i):
@@ -60,21 +48,13 @@ def followed(model, policy, robots, i):
 
 
 def test_the_cost_of_particles_is_that_of_robots_followed_one_by_one(model, policy):
-    objective = particles(model, 6)
+    objective = particles(model, 6, horizon=8)
     states = np.array([list(followed(model, policy, objective._robots, i)) for i in range(6)])  # (P, H, D)
     assert objective.value(policy) == pytest.approx(COST(states).mean(axis=0).sum(), rel=1e-6)
 
 
 def test_the_gradient_is_that_of_finite_differences(model, policy):
-    objective = particles(model, 10)
-    gradient = objective.cost_of(policy, gradient=True).gradient
-    rng = np.random.default_rng(1)
-    for name in ("centres", "weights", "lengths", "gain"):
-        along = rng.standard_normal(getattr(policy, name).shape)
-        along *= 1e-5 / np.abs(along).max()
-        ends = [objective.value(replace(policy, **{name: getattr(policy, name) + s * along})) for s in (1, -1)]
-        found = float((getattr(gradient, name) * along).sum())
-        assert (ends[0] - ends[1]) / 2 == pytest.approx(found, rel=1e-3, abs=1e-11)
+    check_gradient(particles(model, 10, horizon=8), policy, rel=1e-3, abs=1e-11)
 
 
 def test_many_sampled_functions_agree_with_the_models_step_distribution(model, policy):
@@ -117,7 +97,7 @@ def test_moment_matching_says_what_to_do_with_another_kernel(model, make_task):
 
 
 def test_descent_finds_less_cost(model, policy):
-    objective = particles(model, 6)
+    objective = particles(model, 6, horizon=8)
     scales = SHAPE.scales(model.channels.names, 20.0)
     assert objective.value(descend(objective, policy, scales, True, 3)) < objective.value(policy)
 

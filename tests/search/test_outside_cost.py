@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_search import START, balancing
 
 from twbal.core.cost import SaturatingCost
 from twbal.core.errors import ConfigError
@@ -18,7 +19,6 @@ from twbal.models.moments.truncation import Truncation
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.particles import ParticleObjective
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
-from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.torch_robots import Robots
 from twbal.search.transition import transition_model
 
@@ -30,7 +30,6 @@ COST, TEST, CHOICE = (
     next(text for kind, text in BLOCKS if kind == wanted and "SeparateCost" in text)
     for wanted in ("python", "py", "yaml")
 )
-START = Gaussian(np.array([-0.1, 0.0, 0.0, 0.0]), np.diag([0.02, 0.05, 0.02, 0.0]) ** 2)
 WIDTHS = np.array([0.25, 2.5, 1.0, np.inf])
 
 
@@ -54,9 +53,7 @@ def model(make_system):
 
 @pytest.fixture(scope="module")
 def policy(model):
-    shape = PolicyParametrisation(5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, 0.4, 0.05)
-    gain = np.array([-30.0, -4.0, -2.0, 0.1])
-    return linear_policy(shape, model.channels.names, 20.0, gain, np.random.default_rng(0))
+    return balancing(model)
 
 
 def test_the_test_of_the_example_passes(SeparateCost):
