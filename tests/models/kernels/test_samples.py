@@ -34,29 +34,27 @@ def data(n=12):
     return inputs, targets + rng.standard_normal((n, 2)) * [0.1, 1.0]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kernel", WAVES)
-def test_waves_have_the_kernels_covariance(kernel):
+def check_covariance(kernel, features, kind):
+    """That of functions which are drawn in one of the two ways, against the kernel's."""
     module = prior(kernel).module
     places = torch.tensor(np.random.default_rng(2).uniform(-1.5, 1.5, (5, 2)))
-    drawn = draw_prior(module, places, COUNT, 4000, np.random.default_rng(3))
-    assert isinstance(drawn, Waves)
+    drawn = draw_prior(module, places, COUNT, features, np.random.default_rng(3))
+    assert isinstance(drawn, kind)
     found = drawn.at(places).numpy()
     expected = module(places, places).to_dense().numpy()
     top = expected.max(axis=(1, 2), keepdims=True)
     np.testing.assert_allclose(found @ found.transpose(0, 2, 1) / COUNT / top, expected / top, atol=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kernel", WAVES)
+def test_waves_have_the_kernels_covariance(kernel):
+    check_covariance(kernel, 4000, Waves)
 
 
 @pytest.mark.parametrize("kernel", ANCHORED)
 def test_other_kernels_are_exact_at_their_centres(kernel):
-    module = prior(kernel).module
-    places = torch.tensor(np.random.default_rng(2).uniform(-1.5, 1.5, (5, 2)))
-    drawn = draw_prior(module, places, COUNT, 50, np.random.default_rng(3))
-    assert isinstance(drawn, Interpolated)
-    found = drawn.at(places).numpy()
-    expected = module(places, places).to_dense().numpy()
-    top = expected.max(axis=(1, 2), keepdims=True)
-    np.testing.assert_allclose(found @ found.transpose(0, 2, 1) / COUNT / top, expected / top, atol=0.1)
+    check_covariance(kernel, 50, Interpolated)
 
 
 @pytest.mark.parametrize("kernel", ["matern52", "se+linear", "periodic"])
