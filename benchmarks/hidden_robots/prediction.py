@@ -14,6 +14,7 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from benchmarks.hidden_robots.families import FAMILIES
+from benchmarks.hidden_robots.tables import successes
 from benchmarks.settings import text_settings
 
 RESULTS = Path("benchmarks/results")
@@ -101,7 +102,7 @@ def forecasts(robots: Iterable[Record]) -> list[Forecast]:
     An iteration that has the policy before, for which only the model is new, decides nothing, and is left out.
     """
     return [
-        Forecast(step["success_probability"], _successes(step), len(step["trials"]))
+        Forecast(step["success_probability"], successes(step, "default"), len(step["trials"]))
         for robot in robots
         for step in robot["iterations"]
         if step.get("success_probability") is not None and step["trials"] and step.get("reason") != _RECALIBRATED
@@ -234,10 +235,6 @@ def read(families: Iterable[str], recipe: str, folder: Path = RESULTS) -> list[R
     suffix = "" if recipe == "default" else f"_{recipe}"
     files = [folder / f"hidden_robots_{family}{suffix}.json" for family in families]
     return [json.loads(file.read_text()) for file in files if file.exists()]
-
-
-def _successes(step: Record) -> int:
-    return sum(trial["default"]["succeeded"] for trial in step["trials"])
 
 
 def _within(value: float, limits: tuple[float, float]) -> bool:

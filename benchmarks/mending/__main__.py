@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.hidden_robots.robots import iterate
+from benchmarks.hidden_robots.tables import successes
 from benchmarks.settings import number_settings
 from twbal.algorithm.model_file import load_model
 from twbal.core.gaussian import Array
@@ -60,11 +61,6 @@ def seconds_to_all(iterations: Sequence[dict[str, Any]]) -> float | None:
     return next((i["real_seconds"] for i in iterations if i["successes"] == ALL), None)
 
 
-def successes(iteration: dict[str, Any]) -> int:
-    """Trials of a benchmark's iteration that succeed by the default rule."""
-    return sum(trial["default"]["succeeded"] for trial in iteration["trials"])
-
-
 def learn(known: dict[str, Any]) -> dict[str, Any]:
     """One robot with diagnoses, beside what is known of it without."""
     seed = known["seed"]
@@ -74,7 +70,7 @@ def learn(known: dict[str, Any]) -> dict[str, Any]:
     result = {
         "seed": seed,
         "successes": [i["successes"] for i in found],
-        "seconds_without": seconds_to_all([{**i, "successes": successes(i)} for i in known["iterations"]]),
+        "seconds_without": seconds_to_all([{**i, "successes": successes(i, "default")} for i in known["iterations"]]),
         "seconds_with": seconds_to_all(found),
         "diagnoses": mended(folder),
     }

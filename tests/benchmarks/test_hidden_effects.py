@@ -31,12 +31,6 @@ def test_the_truth_shares_no_code_with_simulation_planar_model_or_diagnosis(file
 
 
 @pytest.fixture(scope="module")
-def paper():
-    with composing():
-        return instantiate(compose("sim_collect").robot)
-
-
-@pytest.fixture(scope="module")
 def ride(paper):
     from benchmarks.hidden_effects.robot import Ride, drawn
 
