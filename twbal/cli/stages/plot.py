@@ -46,7 +46,7 @@ _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 
 @dataclass(frozen=True)
 class Settings:
-    """see conf/plot.yaml."""
+    """See conf/plot.yaml."""
 
     captions: list[str]
     simulate: bool
