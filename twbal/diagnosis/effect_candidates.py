@@ -6,6 +6,9 @@ from twbal.effects.effect import Effect
 from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
 
+_FASTEST = 0.4
+"""Of frequencies, times the control period: samples hardly tell a faster one from one below half their rate."""
+
 
 def candidates_for(robot: RobotParameters) -> tuple[Candidate, ...]:
     """All effects that may be missing in a robot's simulation, with their ranges in its size."""
@@ -17,6 +20,9 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
     for key, p in parameters_of(kind).items():
         size = p.size(robot)
         low, high = size * p.low, size * p.high
+        if p.unit == "Hz":
+            high = min(high, _FASTEST / robot.control_period)
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
-        parameters.append(CandidateParameter(key, p.unit, low, high, size * p.start, neutral, p.covers_all))
+        start = min(size * p.start, high)
+        parameters.append(CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all))
     return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by)

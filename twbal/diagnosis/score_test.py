@@ -36,7 +36,6 @@ _FRACTIONS = 5  # of a control period, over which a torque that depends on the w
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP, _WAVES_STEP = 0.25, 0.1
 _PITCHES = 9  # frequencies at which what rings is tried, evenly by ratio
-_FASTEST = 0.45  # of them, times the control period: just below what samples can show
 
 
 class ScoredCandidate(NamedTuple):
@@ -223,7 +222,7 @@ def _pitch(
     size, field = candidate.parameters[0], candidate.field(frequency)
     small = {candidate.field(size): size.none + _SMALL * (size.start - size.none)}
     best, found = 0.0, frequency.start
-    for value in np.geomspace(frequency.low, min(frequency.high, _FASTEST / data.period), _PITCHES):
+    for value in np.geomspace(frequency.low, frequency.high, _PITCHES):
         change = data.white(fit.model.put({**start, **small, field: float(value)}), fit.kalman) - fit.white
         if not np.isfinite(change).all():
             continue
@@ -242,7 +241,7 @@ def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high
         sums += np.fft.rfft(part, _TONES, axis=0)
         begin += len(recording)
     frequencies = np.fft.rfftfreq(_TONES, data.period)
-    inside = np.flatnonzero((frequencies >= low) & (frequencies <= min(high, 0.4 / data.period)))
+    inside = np.flatnonzero((frequencies >= low) & (frequencies <= high))
     K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
     closed = linear.F @ (np.eye(len(linear.F)) - K @ linear.C)
     turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
