@@ -21,12 +21,15 @@ class Forces(NamedTuple):
         on_body: on θ [N·m].
         outside: force at the axle, contained in `on_wheels` [N].
         leaning: cosine of the angle between the body and the ground's normal, α + σ.
+        swinging: what a part of the body that swings pushes the rest forward with, across the body, less its weight
+            there; 0 where nothing swings [N].
     """
 
     on_wheels: float
     on_body: float
     outside: float
     leaning: float
+    swinging: float
 
 
 @kernel(is_inlined=True)
@@ -64,28 +67,19 @@ def joint_torque(p: PlanarParameters, k: Constants, s: PlanarState, turning: Tur
 
 
 @kernel(is_inlined=True)
-def spring_force(k: Constants, s: PlanarState) -> float:
-    """What a part of the body that swings pushes the rest forward with, across the body, less its weight there [N]."""
-    weight = k.swing.mass * GRAVITY * sine_and_cosine(s.tilt + k.offset).sine
-    return k.swing.stiffness * s.sway + k.swing.damping * s.sway_rate - weight
-
-
-@kernel(is_inlined=True)
-def swung(k: Constants, s: PlanarState, leaning: float, speed: float, tilt_rate: float) -> tuple[float, float]:
-    """Where the part of the body that swings is after a step, and its rate: y [m], y' [m/s].
+def swung(k: Constants, s: PlanarState, f: Forces, speed: float, tilt_rate: float) -> tuple[float, float]:
+    """Where a part of the body that swings is after a step, and its rate: y [m], y' [m/s].
 
     Args:
         k: constants of the planar model.
         s: state at the step's start.
-        leaning: as of `Forces`.
+        f: forces there.
         speed: change of the axle's speed in the step [m/s].
         tilt_rate: change of the tilt rate in the step [rad/s].
     """
-    if rarely(k.swing.mass > 0.0):
-        rate = s.sway_rate - k.step * (spring_force(k, s) / k.swing.mass - s.sway * s.tilt_rate * s.tilt_rate)
-        rate -= leaning * speed + k.swing.height * tilt_rate
-        return s.sway + k.step * rate, rate
-    return s.sway, s.sway_rate
+    rate = s.sway_rate - k.step * (f.swinging / k.swing.mass - s.sway * s.tilt_rate * s.tilt_rate)
+    rate -= f.leaning * speed + k.swing.height * tilt_rate
+    return s.sway + k.step * rate, rate
 
 
 @kernel(is_inlined=True)
@@ -110,9 +104,11 @@ def forces(p: PlanarParameters, k: Constants, s: PlanarState, time: float, turni
     body = k.d * sine - joint
     if rarely(spin != 0.0):
         body += k.turn * spin * sine * cosine
+    back = 0.0
     if rarely(k.swing.mass > 0.0):
-        back, across = spring_force(k, s), 2.0 * s.tilt_rate * s.sway_rate
+        back = k.swing.stiffness * s.sway + k.swing.damping * s.sway_rate - k.swing.mass * GRAVITY * sine
+        across = 2.0 * s.tilt_rate * s.sway_rate
         hangs = GRAVITY * cosine - k.swing.height * s.tilt_rate * s.tilt_rate - across
         wheels += k.radius * (leaning * back + k.swing.mass * across * rising)
         body += k.swing.height * back + k.swing.mass * hangs * s.sway
-    return Forces(wheels, body, outside, leaning)
+    return Forces(wheels, body, outside, leaning, back)

@@ -23,10 +23,13 @@ def roll(
     h = k.step
     f = forces(p, k, s, time, turning)
     loose = k.play.rotors > 0.0
-    along, swinging = k.radius * f.leaning, k.swing.mass  # what swings takes no part in motion across the body
-    a = k.a - k.play.rotors - swinging * along * along
-    c = k.c - swinging * k.swing.height * k.swing.height
-    coupling = k.b * f.leaning - k.geared - swinging * along * k.swing.height
+    a, c = k.a - k.play.rotors, k.c
+    coupling = k.b * f.leaning - k.geared
+    if rarely(k.swing.mass > 0.0):  # what swings takes no part in motion across the body
+        along, height = k.radius * f.leaning, k.swing.height
+        a -= k.swing.mass * along * along
+        c -= k.swing.mass * height * height
+        coupling -= k.swing.mass * along * height
     determinant = a * c - coupling * coupling
     inverse = 1.0 / determinant
     w, v = c * inverse, -coupling * inverse  # inverse inertia: wheel by wheel, wheel by body
@@ -69,7 +72,10 @@ def roll(
             if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
                 break
     wheel = s.wheel + h * wheel_speed
-    sway, sway_rate = swung(k, s, f.leaning, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
+    sway, sway_rate = s.sway, s.sway_rate
+    if rarely(k.swing.mass > 0.0):
+        gained = k.radius * (wheel_speed - s.wheel_speed)
+        sway, sway_rate = swung(k, s, f, gained, tilt_rate - s.tilt_rate)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
