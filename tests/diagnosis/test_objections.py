@@ -16,7 +16,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
 from twbal.diagnosis.name import extent_of, first_noise, largest_noise
 from twbal.diagnosis.objections import Extent, Objection, is_doubtful, objections
-from twbal.diagnosis.probable import probable_effects
+from twbal.diagnosis.probable import estimates, probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
@@ -263,6 +263,21 @@ def test_an_effect_at_its_bound_is_as_unlikely_in_a_set_that_was_not_chosen(coef
     told = {effect.name: effect for effect in found}
     assert told["rolling_viscous"].probability == pytest.approx(0.8 * share, rel=0.05)
     assert ("ran to a bound" in " ".join(told["rolling_viscous"].objections)) == (share < 1.0)
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "share"), [("backlash", "gap", 0.35), ("viscous_friction", "coefficient", 0.03)]
+)
+def test_an_interval_is_as_wide_as_the_form_of_the_effect_is_unsure(effect, parameter, share, paper):
+    hidden = {"backlash": {"gap": 0.02}, "viscous_friction": {"coefficient": 0.05}}[effect]
+    data = Data([synthetic_recording(paper, {effect: hidden}, seed=54, periods=1000)], 10)
+    start = data.with_noise(Model(planar_parameters(paper, {}), 0.0, first_noise(paper, data.sensed)), 30)
+    (candidate,) = (c for c in candidates_for(paper) if c.name == effect)
+    always = always_free(settings().tolerances, planar_parameters(paper, {}), 1)
+    found = fit_hypothesis(data, start, always, [candidate], 4)
+    estimate = estimates(data, found, [candidate], settings())[effect][parameter]
+    half = 0.5 * (estimate.high95 - estimate.low95) / estimate.value
+    assert 1.96 * share <= half < 2.2 * share + 0.05
 
 
 def advice_of(paper, *others):

@@ -28,6 +28,7 @@ class CandidateParameter(NamedTuple):
         start: where its gradient is not zero.
         none: where it does nothing, or next to nothing, within the bounds.
         covers_all: whether the bounds enclose all values that a robot can have.
+        form: as of `effects.parameter.Parameter`.
     """
 
     name: str
@@ -37,6 +38,7 @@ class CandidateParameter(NamedTuple):
     start: float
     none: float
     covers_all: bool = False
+    form: float = 0.0
 
     @property
     def has_bounds(self) -> bool:

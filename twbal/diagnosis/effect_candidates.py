@@ -24,5 +24,5 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
             high = min(high, _FASTEST / robot.control_period)
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
         start = min(size * p.start, high)
-        parameters.append(CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all))
+        parameters.append(CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form))
     return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by)

@@ -22,6 +22,7 @@ class BacklashBehindEncoder(DriveEffect):
         (0.0, 0.3),
         start=0.03,
         value=0.05,
+        form=0.35,
         changes=adds_to(Quantity.SHAFT_GAP),
     )
     rotor_share: float = parameter(

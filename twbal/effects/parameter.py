@@ -47,6 +47,8 @@ class Parameter(NamedTuple):
         changes: of a robot's quantities that the parameter makes, for both engines.
         is_of_each_wheel: whether it is that of one wheel, not of both together.
         covers_all: whether its range holds all values that a robot can have, so that its ends are as good as any other.
+        form: share of it (standard deviation) by which a value that was found is off on robots whose form of the effect
+            is another, as far as benchmarks told.
     """
 
     meaning: str
@@ -62,6 +64,7 @@ class Parameter(NamedTuple):
     changes: tuple[tuple[Quantity, Change], ...]
     is_of_each_wheel: bool
     covers_all: bool
+    form: float
 
     def size(self, robot: RobotParameters) -> float:
         """What its range is to be multiplied by for a robot."""
@@ -83,6 +86,7 @@ def parameter(
     changes: Iterable[tuple[Quantity, Change]] = (),
     is_of_each_wheel: bool = False,
     covers_all: bool = False,
+    form: float = 0.0,
     is_optional: bool = False,
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
@@ -91,7 +95,8 @@ def parameter(
     that were written before it was there are still read.
     """
     known = Parameter(
-        meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes), is_of_each_wheel, covers_all
+        *(meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes)),
+        *(is_of_each_wheel, covers_all, form),
     )
     return field(default=value if is_optional else MISSING, metadata={"parameter": known})
 
