@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from twbal.core.quantities import Quantity
+from twbal.effects.backlash import NORDIN, gap_of, rotor_share_of
 from twbal.effects.effect import DriveEffect
-from twbal.effects.parameter import adds_to, parameter, replaces
 
 
 @dataclass(frozen=True)
@@ -16,31 +16,9 @@ class BacklashBehindEncoder(DriveEffect):
     not. Most small gear motors have their encoders there, behind the motor.
     """
 
-    gap: float = parameter(
-        "full width of the gap, as an angle of the wheel",
-        "rad",
-        (0.0, 0.3),
-        start=0.03,
-        value=0.05,
-        form=0.35,
-        changes=adds_to(Quantity.SHAFT_GAP),
-    )
-    rotor_share: float = parameter(
-        "share of the wheels' inertia that lies on the motors' side of the gap",
-        "",
-        (0.1, 0.9),
-        start=0.5,
-        value=0.5,
-        neutral=0.5,
-        least=0.01,
-        below=1.0,
-        changes=replaces(Quantity.SHAFT_ROTOR_SHARE),
-        covers_all=True,
-    )
-    reference = (
-        "M. Nordin, P.-O. Gutman: Controlling mechanical systems with backlash - a survey, "
-        "Automatica 38 (10), 2002, 1633-1649."
-    )
+    gap: float = gap_of(Quantity.SHAFT_GAP)
+    rotor_share: float = rotor_share_of(Quantity.SHAFT_ROTOR_SHARE)
+    reference = NORDIN
     is_linear = False
     nearly_same_as = ("backlash", "dead_zone", "actuation_delay")
     separate_by = "Block the wheels and turn the motors to and fro: the encoders count the play."
