@@ -1,5 +1,6 @@
 """The score test of waves: means over control periods against quadrature of the functions themselves."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -80,3 +81,26 @@ def test_a_limit_between_one_that_changes_nothing_and_one_that_is_too_low_is_fou
     (found,) = score_candidates(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), [candidate])
     assert found.gain > 50.0
     assert found.model.value("torque_saturation_limit") == pytest.approx(5.4, rel=0.01)
+
+
+@pytest.mark.parametrize("frequency", [2.5, 11.0])
+def test_the_frequency_at_which_a_frame_rings_is_found_far_from_the_usual_one(paper, frequency):
+    (candidate,) = (each for each in candidates_for(paper) if each.name == "flexible_frame")
+    values = {"share": 0.1, "frequency": frequency, "damping": 0.05, "height": 1.8}
+    data = Data([synthetic_recording(paper, {"flexible_frame": values}, seed=3, periods=900, tolerance=0.0)], 10)
+    model = Model(planar_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    kalman = data.filter(model)
+    (found,) = score_candidates(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), [candidate])
+    assert found.gain > 100.0
+    assert found.model.planar.flexible_frame_frequency == pytest.approx(frequency, rel=0.15)
+
+
+def test_no_frequency_is_tried_that_samples_hardly_show(paper):
+    slow = replace(paper, control_period=0.05)
+    highest = {
+        each.name: parameter.high
+        for each in candidates_for(slow)
+        for parameter in each.parameters
+        if parameter.unit == "Hz"
+    }
+    assert highest == {"flexible_frame": pytest.approx(8.0), "periodic_disturbance": pytest.approx(8.0)}
