@@ -183,7 +183,7 @@ def estimates(
             field = candidate.field(p)
             value = hypothesis.fit.model.value(field)
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
-            form = max(settings.lines.form, p.form) * p.size(value)
+            form = max(settings.lines.form, p.form) * (p.size(value) if p in candidate.sizes else value)
             error = float(np.sqrt(by_field[field] ** 2 + form**2 + timing**2))
             found[candidate.name][p.name] = Estimate(value, *interval(value, error), p.unit)
     return found
