@@ -55,6 +55,21 @@ def beside(**scores):
     )
 
 
+def test_what_no_robot_has_beside_an_effect_is_tried_in_its_place_only(paper):
+    all_of_them = candidates_for(paper)
+    by_name = {each.name: each for each in all_of_them}
+    asked = select.Problem(None, None, (), all_of_them, SETTINGS)
+    chosen = replace_candidates(hypothesis(500.0), by_name["backlash"], by_name["dead_zone"])
+    assert "backlash_behind_encoder" not in {each.name for each in asked.beside(chosen)}
+    assert "backlash_behind_encoder" in {each.name for each in asked.beside(chosen, by_name["backlash"])}
+    given = name._missing(all_of_them, {"backlash": {"gap": 0.02}}, SETTINGS)
+    assert not {"backlash", "backlash_behind_encoder"} & {each.name for each in given}
+
+
+def replace_candidates(found, *candidates):
+    return found._replace(candidates=candidates)
+
+
 def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     near = beside(dead_zone=500.0, actuation_delay=495.0, cogging=480.0)
     assert select.substitutes(CHOSEN.candidates[1], CHOSEN, [near], SETTINGS) == ["actuation_delay"]

@@ -8,6 +8,8 @@ from hydra.utils import instantiate
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation
 from twbal.effects.actuation_delay import ActuationDelay
+from twbal.effects.backlash import Backlash
+from twbal.effects.backlash_behind_encoder import BacklashBehindEncoder
 from twbal.effects.body_mass import BodyMass
 from twbal.effects.com_height import ComHeight
 from twbal.effects.com_offset import ComOffset
@@ -152,3 +154,8 @@ def test_another_effect_does_not_change_the_noise(paper):
         assemble(paper, [noise, CoulombFriction(0.1), BodyMass(1.1)]).start(H, np.random.default_rng(0)).sense(truth)
     )
     assert alone == beside
+
+
+def test_a_robot_has_play_on_one_side_of_its_encoders_only(paper):
+    with pytest.raises(ConfigError, match="leave one of the effects"):
+        assemble(paper, [Backlash(0.05), BacklashBehindEncoder(0.02)])

@@ -4,11 +4,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import GRAVITY
+from twbal.core.start_pose import InitialState, StartPose
+from twbal.effects.effect import assemble
+from twbal.effects.flexible_frame import FlexibleFrame
+from twbal.effects.library import effects_from
 from twbal.planar.constants import constants
 from twbal.planar.motion import step
 from twbal.planar.parameters import planar_parameters
-from twbal.planar.planar_state import STRAIGHT, PlanarState
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.planar.planar_state import STRAIGHT, PlanarState, Turning
+from twbal.sim.restart_state import RestartState
+from twbal.sim.world import World
 
 FRAME = {"share": 0.1, "frequency": 5.0, "damping": 0.05, "height": 1.8}
 SEEN = ("tilt", "wheel", "tilt_rate", "wheel_speed", "sway", "sway_rate")
@@ -89,6 +97,39 @@ def test_it_swings_as_three_bodies_do(paper, slope, effects):
     assert (fine < 5e-3).all() and fine.max() < coarse.max()
 
 
+def test_a_robot_that_turns_throws_its_part_outwards(paper):
+    """Beside the physics engine, in which the part is a body of its own."""
+    frame, yaw, seconds, h = {"share": 0.2, "frequency": 2.0, "damping": 0.05, "height": 1.9}, 4.0, 0.2, 2.5e-4
+    tilts = {}
+    for name, effects in (("rigid", {}), ("frame", {"flexible_frame": frame})):
+        planar = planar_parameters(paper, effects)
+        k, state = constants(planar, h), PlanarState(*(0.0,) * len(PlanarState._fields))._replace(tilt=0.1)
+        model = assemble(paper, effects_from(effects))
+        world, acting = World(model, h), model.start(h, np.random.default_rng(0))
+        world.reset(InitialState(0.1, 0.0, 0.0))
+        world.resume(RestartState(0.0, yaw_rate=yaw), 0.0)
+        for i in range(round(seconds / h)):
+            turning = Turning(world.motion().yaw_rate, 0.0)  # as the engine has it: it changes as the body leans
+            world.advance(0.0, acting, 1)
+            state = step(planar, k, state, 0.0, i * h, turning)
+        tilts[name] = world.motion().tilt, state.tilt
+        world.close()
+    moved = tilts["frame"][0] - tilts["rigid"][0]
+    assert tilts["frame"][1] - tilts["rigid"][1] == pytest.approx(moved, rel=0.25)
+    assert tilts["frame"][1] == pytest.approx(tilts["frame"][0], rel=0.02)
+
+
+def test_a_part_that_leaves_no_body_is_refused_before_it_moves(paper):
+    with pytest.raises(ConfigError, match="flexible_frame"):
+        PlanarPlant(
+            robot=paper,
+            effects=[FlexibleFrame(0.5, 5.0, 0.05, 3.0)],
+            start=StartPose(0.0, 0.0, 0.0, 0.0),
+            physics_step=0.001,
+            seed=0,
+        )
+
+
 def test_a_part_without_mass_and_a_stiff_spring_are_a_rigid_frame(paper):
     def torque(t):
         return 2.0
@@ -96,7 +137,7 @@ def test_a_part_without_mass_and_a_stiff_spring_are_a_rigid_frame(paper):
     start = {"tilt": 0.1, "wheel_speed": 1.0}
     rigid = course(paper, {}, start, torque, 5e-4, 0.2)
     none = course(paper, {"flexible_frame": {**FRAME, "share": 0.0}}, start, torque, 5e-4, 0.2)
-    stiff = course(paper, {"flexible_frame": {**FRAME, "frequency": 49.0, "damping": 1.0}}, start, torque, 5e-4, 0.2)
+    stiff = course(paper, {"flexible_frame": {**FRAME, "frequency": 24.0, "damping": 0.9}}, start, torque, 5e-4, 0.2)
     assert np.array_equal(none, rigid)
-    assert np.abs(stiff - rigid)[-1, :4] == pytest.approx(0.0, abs=0.01)
+    assert np.abs(stiff - rigid)[-1, :4] == pytest.approx(0.0, abs=0.04)
     assert np.abs(stiff[:, 4]).max() < 1e-3

@@ -210,3 +210,18 @@ def test_what_swings_on_the_body_goes_on_swinging(robot):
     moved = np.ptp(truth[FROM:, SEEN], axis=0)
     assert (np.abs(right[:, SEEN] - truth[FROM:, SEEN]).max(axis=0) < 0.01 * moved).all()
     assert (np.abs(still[:, SEEN] - truth[FROM:, SEEN]).max(axis=0) > 0.03 * moved).any()
+
+
+def test_an_encoder_behind_the_motor_shows_a_rotor_that_is_faster_than_its_wheel(robot):
+    start = ReplayStart(
+        InitialState(0.0, 0.0, 0.0),
+        RestartState(0.3, rotor_ahead=0.01, rotor_faster=2.0),
+        np.zeros(0),
+        np.zeros((0, 3)),
+    )
+    shown, wheel = (
+        replay(robot, [effect], STEP, [start], np.zeros((1, 1)))[0, :, SEEN]
+        for effect in (BacklashBehindEncoder(0.1, 0.5), Backlash(0.1, 0.5))
+    )
+    assert shown[2:, 0] - wheel[2:, 0] == pytest.approx([0.01, 2.0], abs=1e-6)
+    assert shown[2, 1] - shown[2, 0] == pytest.approx(2.0 * robot.control_period, rel=0.05)

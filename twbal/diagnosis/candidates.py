@@ -12,7 +12,7 @@ LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
 
 _PHASE = "phase"  # parameter of waves, which has no bounds
-_FREQUENCY = "frequency"
+_FREQUENCY, _DAMPING = "frequency", "damping"
 _COUNTERS = (_FREQUENCY, "count", "waves")
 _NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
@@ -64,6 +64,7 @@ class Candidate(NamedTuple):
         same_as: effects that no data of this kind tell from it.
         hard_to_tell_from: effects that data of this kind hardly tell from it.
         separate_by: the experiment that would.
+        never_beside: effects that no robot has beside it.
     """
 
     name: str
@@ -71,6 +72,7 @@ class Candidate(NamedTuple):
     same_as: tuple[str, ...]
     hard_to_tell_from: tuple[str, ...]
     separate_by: str
+    never_beside: tuple[str, ...] = ()
 
     @property
     def in_data_sheet(self) -> bool:
@@ -89,8 +91,9 @@ class Candidate(NamedTuple):
 
     @property
     def resonance(self) -> CandidateParameter | None:
-        """Of what rings, the parameter at which it does, which is looked for among many values."""
-        return next((p for p in self.parameters if p.name == _FREQUENCY), None) if not self.is_wave else None
+        """Of what rings (it has a frequency and a damping), the frequency, which is looked for among many values."""
+        known = {p.name: p for p in self.parameters}
+        return known[_FREQUENCY] if {_FREQUENCY, _DAMPING} <= set(known) else None
 
     @property
     def sizes(self) -> tuple[CandidateParameter, ...]:

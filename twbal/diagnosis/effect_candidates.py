@@ -23,6 +23,8 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         if p.unit == "Hz":
             high = min(high, _FASTEST / robot.control_period)
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
+        if p.unit == "Hz":
+            neutral = min(neutral, 0.99 * high)
         start = min(size * p.start, high)
         parameters.append(CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form))
-    return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by)
+    return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by, kind.never_beside)

@@ -115,7 +115,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
 
 def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
     """The motion in the predictor's states (T + 1, 13), of wheels of a radius [m]; its angles run ahead by a time."""
-    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, _, sway, sway_rate, _ = states.T
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, rotor_speed, slip, position, _, sway, sway_rate, _ = states.T
     return Trajectory(
         tilt=tilt - lead * tilt_rate,
         tilt_rate=tilt_rate,
@@ -125,6 +125,7 @@ def _trajectory(radius: float, lead: float, recording: Recording, states: Array)
         position=position,
         torque=torque,
         gap=rotor - wheel,
+        gap_rate=rotor_speed - wheel_speed,
         slip=slip,
         sway=sway,
         sway_rate=sway_rate,

@@ -28,6 +28,7 @@ class Trajectory:
         position: of the axle since the recording began [m].
         torque: that the motors make: what a lag remembers [N·m].
         gap: of the rotor within the backlash, -½ to ½ of the gap: which side it rests on [rad]; 0 without backlash.
+        gap_rate: of the rotor, relative to the wheels [rad/s].
         slip: speed of the axle beyond that of wheels which roll [m/s].
         sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
         sway_rate: [m/s].
@@ -43,6 +44,7 @@ class Trajectory:
     position: Array
     torque: Array
     gap: Array
+    gap_rate: Array
     slip: Array
     sway: Array
     sway_rate: Array

@@ -215,6 +215,7 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int
             yaw_rate=trajectory.yaw_rate[t],
             position=trajectory.position[t],
             rotor_ahead=trajectory.gap[t],
+            rotor_faster=trajectory.gap_rate[t],
             sway=trajectory.sway[t],
             sway_rate=trajectory.sway_rate[t],
         ),

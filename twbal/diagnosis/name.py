@@ -177,7 +177,7 @@ def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settin
         known = ", ".join(candidate.name for candidate in candidates)
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.exclude}
-    return [candidate for candidate in candidates if candidate.name not in taken]
+    return [c for c in candidates if c.name not in taken and not set(effects).intersection(c.never_beside)]
 
 
 def first_noise(robot: RobotParameters, sensed: Mask) -> NoiseModel:

@@ -35,7 +35,7 @@ _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP, _WAVES_STEP = 0.25, 0.1
-_PITCHES = 9  # frequencies at which what rings is tried, evenly by ratio
+_RESONANCES = 9  # frequencies at which what rings is tried, evenly by ratio
 
 
 class ScoredCandidate(NamedTuple):
@@ -135,7 +135,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         pull = frozen.T @ change
         return float(change @ change - pull @ normal @ pull)
 
-    start |= _pitch(data, fit, candidate, start, power_of)
+    start |= _resonance_frequency(data, fit, candidate, start, power_of)
     if candidate.is_wave or candidate.resonance:  # of these, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     sizes = [*((0.0,) if own else ()), *_sizes(candidate)]
@@ -206,7 +206,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     return {candidate.field(parameters[name]): number for name, number in fields.items()}
 
 
-def _pitch(
+def _resonance_frequency(
     data: Data, fit: Fit, candidate: Candidate, start: Mapping[str, float], power_of: Callable[[Array], float]
 ) -> dict[str, float]:
     """Frequency at which what rings is predicted to gain most while it is small; of what rings only.
@@ -222,7 +222,7 @@ def _pitch(
     size, field = candidate.parameters[0], candidate.field(frequency)
     small = {candidate.field(size): size.none + _SMALL * (size.start - size.none)}
     best, found = 0.0, frequency.start
-    for value in np.geomspace(frequency.low, frequency.high, _PITCHES):
+    for value in np.geomspace(frequency.low, frequency.high, _RESONANCES):
         change = data.white(fit.model.put({**start, **small, field: float(value)}), fit.kalman) - fit.white
         if not np.isfinite(change).all():
             continue

@@ -79,9 +79,10 @@ class Problem(NamedTuple):
             self.data, hypothesis, self.always, self.beside(hypothesis), self.settings.shortlist, self.rounds
         )
 
-    def beside(self, hypothesis: FittedHypothesis) -> list[Candidate]:
-        """Candidates that a set does not hold."""
-        return [candidate for candidate in self.candidates if candidate.name not in hypothesis.names]
+    def beside(self, hypothesis: FittedHypothesis, out: Candidate | None = None) -> list[Candidate]:
+        """Candidates that a set does not hold and that may stand in it, in the place of one that goes `out` if any."""
+        rest = set(hypothesis.names) - ({out.name} if out else set())
+        return [c for c in self.candidates if c.name not in hypothesis.names and not rest.intersection(c.never_beside)]
 
     def shortened(self, instants: int) -> "Problem":
         """The same with the beginnings of the recordings, as many instants as asked for or a few more."""
@@ -222,7 +223,7 @@ def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
     tried = []
     for out in chosen.effects:
         rest = [candidate for candidate in chosen.candidates if candidate is not out]
-        for candidate in problem.beside(chosen):
+        for candidate in problem.beside(chosen, out):
             if candidate.name in problem.settings.common_effects or candidate.name in out.hard_to_tell_from:
                 tried.append([*rest, candidate])
     return Round(chosen, [], sorted(in_threads(problem.fit_at_once, tried), key=lambda w: w.bic))

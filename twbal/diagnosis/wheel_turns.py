@@ -14,7 +14,7 @@ from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold, standing
 from twbal.planar.planar_state import STRAIGHT, PlanarState
-from twbal.planar.sensing import imu_settled
+from twbal.planar.sensing import encoder_angle, imu_settled
 from twbal.sysid.model import Data
 from twbal.sysid.recording import MEASURED
 
@@ -89,7 +89,7 @@ def turned_angle(
     angle: float,
     rate: float,
 ) -> float:
-    """Angle to which the planar model's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
+    """Angle of the encoders to which the wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
     s = standing(k, 0.0, 0.0, rate * k.radius, angle)
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
     s = PlanarState(
@@ -99,7 +99,7 @@ def turned_angle(
     imu = imu_settled(k, s, 2 * substeps)
     for n in range(begin, begin + length):
         s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)
-    return s.wheel - s.tilt
+    return encoder_angle(k, s)
 
 
 def windows_of(data: Data) -> tuple[list[Window], int]:

@@ -58,4 +58,5 @@ class Backlash(DriveEffect):
     reference = NORDIN
     is_linear = False
     nearly_same_as = ("dead_zone", "actuation_delay")
+    never_beside = ("backlash_behind_encoder",)
     separate_by = "Lean on the robot to one side, so that the torque keeps its sign."

@@ -21,4 +21,5 @@ class BacklashBehindEncoder(DriveEffect):
     reference = NORDIN
     is_linear = False
     nearly_same_as = ("backlash", "dead_zone", "actuation_delay")
+    never_beside = ("backlash",)
     separate_by = "Block the wheels and turn the motors to and fro: the encoders count the play."

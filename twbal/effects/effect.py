@@ -78,6 +78,7 @@ class Effect(ABC):
             nor for what acts between the command and the motors.
         same_as: names of effects that do exactly the same to everything the robot measures.
         nearly_same_as: names of effects that the robot's sensors and commands hardly tell from it.
+        never_beside: names of effects that no robot has beside it.
         separate_by: the experiment that would.
         is_last: whether, in the planar model, it acts after the others of its place. (The last digits of a product
             depend on its order.)
@@ -90,6 +91,7 @@ class Effect(ABC):
     is_linear: ClassVar[bool]
     same_as: ClassVar[tuple[str, ...]] = ()
     nearly_same_as: ClassVar[tuple[str, ...]] = ()
+    never_beside: ClassVar[tuple[str, ...]] = ()
     separate_by: ClassVar[str]
     is_last: ClassVar[bool] = False
     diagnosed_separately: ClassVar[bool] = False
@@ -255,6 +257,9 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
     """The robot with its effects, each at its place, whatever the order in which they are listed.
 
     Commands are cut at the data sheet's torque limit.
+
+    Raises:
+        ConfigError: the robot has play on both sides of its encoders.
     """
     ordered = sorted(effects, key=lambda effect: (effect.place, type(effect).__name__))
     frame, drive, ground = Frame(), DriveTrain(), Ground()
@@ -262,6 +267,11 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
     for effect in ordered:
         robot, frame = effect.alter(robot), effect.alter(frame)
         drive, ground = effect.alter(drive), effect.alter(ground)
+    if drive.gap > 0.0 and drive.shaft_gap > 0.0:
+        raise ConfigError(
+            "A robot's encoders sit on its wheels or on its motors' shafts: leave one of the effects backlash and "
+            "backlash_behind_encoder out."
+        )
     return RobotModel(
         robot=robot,
         torque_limit=torque_limit,

@@ -14,13 +14,14 @@ class FlexibleFrame(BodyEffect):
     The part has a share of the body's mass. Its distance y from where a rigid frame would hold it obeys
     y'' + 2·damping·ω·y' + ω²·y = g·sin α - v'·cos α - h·θ'', with ω = 2π·frequency, its height h above the axle, the
     angle α of the centre of mass from the vertical, and the axle's speed v. The spring pushes back on the rest of the
-    body. It acts on the body. With the rest of the body free to move the robot rings faster than at `frequency`.
+    body. It acts on the body. With the rest of the body free to move the robot rings faster than at `frequency`. The
+    planar model takes y for small beside the body.
     """
 
     share: float = parameter(
         "share of the body's mass that swings",
         "",
-        (0.0, 0.25),
+        (0.0, 0.2),
         start=0.1,
         value=0.1,
         below=1.0,
@@ -34,7 +35,7 @@ class FlexibleFrame(BodyEffect):
         value=5.0,
         neutral=5.0,
         least=0.1,
-        below=50.0,
+        below=25.0,
         changes=replaces(Quantity.SWING_FREQUENCY),
     )
     damping: float = parameter(
@@ -44,13 +45,13 @@ class FlexibleFrame(BodyEffect):
         start=0.15,
         value=0.05,
         neutral=0.05,
-        below=2.0,
+        below=1.0,
         changes=replaces(Quantity.SWING_DAMPING),
     )
     height: float = parameter(
         "height of that part above the axle, over that of the centre of mass",
         "",
-        (1.0, 2.2),
+        (1.0, 2.0),
         start=1.8,
         value=1.8,
         neutral=1.8,

@@ -21,8 +21,8 @@ class Forces(NamedTuple):
         on_body: on θ [N·m].
         outside: force at the axle, contained in `on_wheels` [N].
         leaning: cosine of the angle between the body and the ground's normal, α + σ.
-        swinging: what a part of the body that swings pushes the rest forward with, across the body, less its weight
-            there; 0 where nothing swings [N].
+        swinging: what a part of the body that swings pushes the rest forward with, across the body, less what weight
+            and turning push it forward with; 0 where nothing swings [N].
     """
 
     on_wheels: float
@@ -106,7 +106,8 @@ def forces(p: PlanarParameters, k: Constants, s: PlanarState, time: float, turni
         body += k.turn * spin * sine * cosine
     back = 0.0
     if rarely(k.swing.mass > 0.0):
-        back = k.swing.stiffness * s.sway + k.swing.damping * s.sway_rate - k.swing.mass * GRAVITY * sine
+        outwards = k.swing.mass * sine * (GRAVITY + k.swing.height * spin * cosine)
+        back = k.swing.stiffness * s.sway + k.swing.damping * s.sway_rate - outwards
         across = 2.0 * s.tilt_rate * s.sway_rate
         hangs = GRAVITY * cosine - k.swing.height * s.tilt_rate * s.tilt_rate - across
         wheels += k.radius * (leaning * back + k.swing.mass * across * rising)

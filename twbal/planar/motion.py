@@ -23,7 +23,7 @@ Where a part of the body swings, of the mass m_s at the height h on the line to 
 where a rigid frame would hold it. It takes no part in motion across the body, so that a loses m_s r² cos²(α + σ), b cos
 loses m_s r h cos(α + σ), and c loses m_s h². With the stiffness k and the damping D of its spring,
 
-    S = k y + D ẏ - m_s g sin α,   ÿ = -S / m_s + y θ̇² - cos(α + σ) v̇ - h θ̈,
+    S = k y + D ẏ - m_s sin α (g + h ψ̇² cos α),   ÿ = -S / m_s + y θ̇² - cos(α + σ) v̇ - h θ̈,
 
 v being the axle's speed, and the rest of the body gets the forces r cos(α + σ) S + 2 m_s r sin(α + σ) θ̇ ẏ on φ and
 h S + m_s y (g cos α - h θ̇² - 2 θ̇ ẏ) on θ. What is smaller still (m_s y θ̈ and the like) is left out.

@@ -16,7 +16,8 @@ from twbal.core.robot_model import UNBOUNDED, Reading
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
-from twbal.effects.effect import Effect
+from twbal.core.swinging_part import swinging_part, without_part
+from twbal.effects.effect import Effect, assemble
 from twbal.effects.library import values_of
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.planar.actuation import command_at, slew_limited
@@ -138,7 +139,8 @@ class PlanarPlant(Plant):
         seed: of all randomness.
 
     Raises:
-        ConfigError: the physics step does not divide the control period, or the planar model has no such effect.
+        ConfigError: the physics step does not divide the control period, the planar model has no such effect, or
+            effects do not go together.
     """
 
     def __init__(
@@ -158,6 +160,9 @@ class PlanarPlant(Plant):
         self._noise = np.array(noises[0] if noises else [0.0] * 6)
         if self._constants.play.gap > 0 and self._constants.grip < UNBOUNDED:
             raise ConfigError("The planar model has no backlash on wheels that slip; leave one of the two effects out.")
+        model = assemble(robot, effects)
+        if part := swinging_part(model):
+            without_part(model.robot, part)
         self._start = start
         self._seed = seed
         self._reset_memory()

@@ -77,6 +77,14 @@ def see(
 
 
 @kernel(is_inlined=True)
+def encoder_angle(k: Constants, s: PlanarState) -> float:
+    """Angle that perfect encoders show, which may sit on the motors' shafts [rad]."""
+    if rarely(k.play.is_before_encoder > 0.0):
+        return s.rotor - s.tilt
+    return s.wheel - s.tilt
+
+
+@kernel(is_inlined=True)
 def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, steps: int, lead: float) -> Reading:
     """Read the sensors.
 
@@ -98,10 +106,10 @@ def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, 
     far = near if steps <= whole else near - 1 if near > 0 else len(imu) - 1  # cheaper than another remainder
     tilt = (1.0 - share) * imu[near, 0] + share * imu[far, 0]
     rate = (1.0 - share) * imu[near, 1] + share * imu[far, 1]
-    angle, relative = s.wheel - s.tilt, s.wheel_speed - s.tilt_rate
+    relative = s.wheel_speed - s.tilt_rate
     if rarely(k.play.is_before_encoder > 0.0):
-        angle, relative = s.rotor - s.tilt, s.rotor_speed - s.tilt_rate
-    truth = Reading(tilt - lead * rate, rate, angle - lead * relative, relative)
+        relative = s.rotor_speed - s.tilt_rate
+    truth = Reading(tilt - lead * rate, rate, encoder_angle(k, s) - lead * relative, relative)
     return sense(p, truth, steps * k.step)
 
 

@@ -13,9 +13,9 @@ from twbal.core.plant import Pose
 from twbal.core.robot_model import RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
+from twbal.core.swinging_part import SwingingPart
 from twbal.sim.bullet import Client, pybullet
 from twbal.sim.restart_state import RestartState
-from twbal.sim.swinging_part import SwingingPart
 from twbal.sim.urdf import urdf_text
 
 _ALOFT = (0.0, 0.0, 100.0)

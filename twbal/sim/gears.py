@@ -36,9 +36,9 @@ class Gears:
         self._physics_step = physics_step
         self.reset()
 
-    def reset(self, ahead: float = 0.0) -> None:
-        """Put the rotors into the gap, turning with the wheels; `ahead` of them, within the gap [rad]."""
-        self._ahead = ahead
+    def reset(self, ahead: float = 0.0, faster: float = 0.0) -> None:
+        """Put the rotors into the gap, `ahead` of the wheels, within the gap [rad], and `faster` than they [rad/s]."""
+        self._ahead, self._faster = ahead, faster
         self._rotor = self._rate = self._wheel_rate = self._contact = 0.0
         self._begins = True
 
@@ -47,7 +47,8 @@ class Gears:
         if not self._is_before_encoder:
             return motion
         if self._begins:
-            return motion._replace(wheel_angle=motion.wheel_angle + self._ahead)
+            angle, rate = motion.wheel_angle + self._ahead, motion.wheel_rate + self._faster
+            return motion._replace(wheel_angle=angle, wheel_rate=rate)
         return motion._replace(wheel_angle=self._rotor - motion.tilt, wheel_rate=self._rate - motion.tilt_rate)
 
     def pass_on(self, torque: float, motion: RobotMotion) -> float:
@@ -60,7 +61,8 @@ class Gears:
         h = self._physics_step
         wheel, wheel_rate = motion.wheel_angle + motion.tilt, motion.wheel_rate + motion.tilt_rate
         if self._begins:
-            self._rotor, self._rate, self._wheel_rate, self._begins = wheel + self._ahead, wheel_rate, wheel_rate, False
+            self._rotor, self._rate = wheel + self._ahead, wheel_rate + self._faster
+            self._wheel_rate, self._begins = wheel_rate, False
         drift = wheel_rate - self._wheel_rate - h * self._mobility * self._contact
         rate, wheels = self._rate + h * torque / self._rotors, wheel_rate + drift
         ahead = self._rotor - wheel

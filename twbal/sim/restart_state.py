@@ -13,6 +13,7 @@ class RestartState(NamedTuple):
         yaw_rate: [rad/s].
         position: of the axle since the rollout began [m].
         rotor_ahead: of the wheels, within a backlash [rad].
+        rotor_faster: than the wheels [rad/s].
         sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
         sway_rate: [m/s].
     """
@@ -23,5 +24,6 @@ class RestartState(NamedTuple):
     yaw_rate: float = 0.0
     position: float = 0.0
     rotor_ahead: float = 0.0
+    rotor_faster: float = 0.0
     sway: float = 0.0
     sway_rate: float = 0.0

@@ -3,7 +3,7 @@
 from math import cos, sin
 
 from twbal.core.robot_parameters import RobotParameters
-from twbal.sim.swinging_part import SwingingPart
+from twbal.core.swinging_part import SwingingPart
 
 WHEELS = (("left_wheel", 0.5), ("right_wheel", -0.5))
 """Names of the wheel links and where they sit on y, in tracks."""

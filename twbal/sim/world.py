@@ -11,12 +11,12 @@ from twbal.core.plant import Pose
 from twbal.core.robot_model import EffectState, JointMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import InitialState
+from twbal.core.swinging_part import swinging_part, without_part
 from twbal.sim.bullet import Client, pybullet
 from twbal.sim.bullet_robot import BulletRobot
 from twbal.sim.gears import Gears
 from twbal.sim.restart_state import RestartState
 from twbal.sim.surroundings import OutsideForces
-from twbal.sim.swinging_part import swinging_part, without_part
 
 _LARGEST_STEP = 0.001
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
@@ -97,7 +97,7 @@ class World(Engine):
         """
         self._first_acceleration = acceleration
         self._robot.restart(restart)
-        self._gears.reset(restart.rotor_ahead)
+        self._gears.reset(restart.rotor_ahead, restart.rotor_faster)
         self._surroundings.reset(restart.position, time)
 
     def advance(self, command: float, effect_state: EffectState, steps: int) -> None:

@@ -1,4 +1,4 @@
-"""The part of the body that swings on a frame that yields, as a physics engine has it: a body of its own."""
+"""The part of the body that swings on a frame that yields, as a body of its own."""
 
 from dataclasses import replace
 from math import pi
@@ -43,16 +43,17 @@ def without_part(robot: RobotParameters, part: SwingingPart) -> RobotParameters:
     """The rest of the body: with the part at rest, both together have the robot's mass, centre of mass and inertia.
 
     Raises:
-        ConfigError: the rest would have no inertia.
+        ConfigError: no rest of a body can be so light in one place and heavy in another.
     """
     mass = robot.body_mass - part.mass
     height = (robot.body_mass * robot.com_height - part.mass * part.height) / mass
     less = mass * height**2 + part.mass * part.height**2 - robot.body_mass * robot.com_height**2
     pitch, roll = robot.body_inertia_pitch - less, robot.body_inertia_roll - less
-    if not min(pitch, roll) > 0.0:
+    if not (min(pitch, roll) > 0.0 and pitch + roll >= robot.body_inertia_yaw):  # an engine takes those for none
         raise ConfigError(
             f"A part of {part.mass:.3g} kg that swings {part.height:.3g} m above the axle has {less:.3g} kg·m² of the "
-            f"body's moment of inertia, which is {min(robot.body_inertia_pitch, robot.body_inertia_roll):.3g} kg·m² in "
-            "all. Choose a smaller share or height of the effect flexible_frame."
+            f"body's moments of inertia, which are {robot.body_inertia_pitch:.3g} kg·m² (pitch) and "
+            f"{robot.body_inertia_roll:.3g} kg·m² (roll) in all; the rest would be no body. Choose a smaller share or "
+            "height of the effect flexible_frame."
         )
     return replace(robot, body_mass=mass, com_height=height, body_inertia_pitch=pitch, body_inertia_roll=roll)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from twbal.core.errors import ConfigError
+from twbal.core.swinging_part import swinging_part, without_part
 from twbal.effects.effect import assemble
 from twbal.effects.flexible_frame import FlexibleFrame
-from twbal.sim.swinging_part import swinging_part, without_part
 from twbal.sim.urdf import urdf_text
 
 
@@ -53,3 +53,11 @@ def test_a_rigid_frame_has_no_such_part(paper):
 def test_a_part_that_takes_all_of_the_inertia_is_refused(paper):
     with pytest.raises(ConfigError, match="smaller share or height"):
         parts_of(paper, FlexibleFrame(0.5, 5.0, 0.05, 3.0))
+
+
+def test_a_rest_that_is_no_body_is_refused(paper):
+    """Its yaw inertia would be more than those of pitch and roll together, which an engine takes for no inertia."""
+    part = swinging_part(assemble(paper, [FlexibleFrame(0.25, 3.0, 0.05, 2.0)]))
+    with pytest.raises(ConfigError, match="would be no body"):
+        without_part(paper, part)
+    without_part(paper, swinging_part(assemble(paper, [FlexibleFrame(0.2, 3.0, 0.05, 2.0)])))
