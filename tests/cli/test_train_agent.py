@@ -127,7 +127,7 @@ def test_nothing_else_needs_the_extra(folder, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("words", [["seed=1"], ["agent=sac", "steps=16000"]], ids=["ppo", "sac"])
+@pytest.mark.parametrize("words", [["seed=1"], ["agent=sac", "steps=40000"]], ids=["ppo", "sac"])
 def test_a_trained_agent_balances(words, run):
     code, said, _ = run("train-agent", *words)
     assert code == 0

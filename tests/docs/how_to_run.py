@@ -532,7 +532,7 @@ TABLE: Mapping[str, How] = {
     "twbal sim-collect rollouts=40 seed=1": Stage(),
     "twbal sim-collect robot=regbot policy.amplitude=0.5": Stage(),
     "twbal train-agent seed=1": Stage(slow=True, extra="stable_baselines3"),
-    "twbal train-agent agent=sac steps=16000": Stage(small=_SAC, slow=True, extra="stable_baselines3"),
+    "twbal train-agent agent=sac steps=40000": Stage(small=_SAC, slow=True, extra="stable_baselines3"),
     "twbal train-agent robot=regbot sim=regbot": Stage(slow=True, extra="stable_baselines3"),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
     "twbal virtual-robot robot=regbot faults=none": Stage(slow=True),
