@@ -14,8 +14,13 @@ from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.core.plant import Observation
 from twbal.diagnosis.wheel_friction import _standard_error
+from twbal.diagnosis.wheel_turns import turned_angle
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air
 from twbal.io.logs import write_episode
+from twbal.planar.constants import constants
+from twbal.planar.parameters import planar_parameters
+from twbal.planar.planar_plant import drive_on, standing
+from twbal.planar.sensing import imu_settled
 
 LIES = 3.05  # rad
 SPEEDS = np.repeat([10.0, -6.0, 20.0, -15.0, 4.0], 60)  # rad/s that a controller holds for 0.9 s each
@@ -207,3 +212,16 @@ def test_intervals_of_few_windows_hold_as_often_as_those_of_many(windows):
             sigma = np.sqrt(np.mean((seen - found[0] * rates - found[1]) ** 2))
         held.append(abs(found[1]) < 1.96 * _standard_error(J))
     assert 0.93 < np.mean(held) < 0.985
+
+
+@pytest.mark.parametrize("kind", ["backlash", "backlash_behind_encoder"])
+def test_wheels_turn_by_what_their_encoders_show(paper, kind):
+    planar, commands, substeps = planar_parameters(paper, {kind: {"gap": 0.1, "rotor_share": 0.3}}), np.full(6, 0.5), 10
+    k = constants(planar, paper.control_period / substeps)
+    state = standing(k, 0.0, 0.0, 0.0, 0.2)
+    imu = imu_settled(k, state, 2 * substeps)
+    for n in range(6):
+        state, shown = drive_on(planar, k, state, commands, n, substeps, imu)
+    turned = turned_angle(planar, k, commands, 0, 6, substeps, 0.2, 0.0)
+    assert turned == pytest.approx(shown.wheel_angle, abs=1e-12)
+    assert abs(state.rotor - state.wheel) > 0.01  # so that the side on which an encoder sits matters
