@@ -235,6 +235,13 @@ def _rotor_rates(y, left, right, leans, m, dy):
 
 
 @numba.njit(error_model="numpy")
+def _swing(y, m, s):
+    """Force on the mast across the body, by its spring and its weight; `s` is the sine of the body's lean."""
+    spring = m.mast_stiffness * (1.0 + m.mast_hardening * y[MAST] ** 2) * y[MAST]
+    return -spring - m.mast_damping * y[MAST_RATE] + m.mast_mass * GRAVITY * s
+
+
+@numba.njit(error_model="numpy")
 def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
     """Rates of the state under the motors' torques.
 
@@ -282,11 +289,7 @@ def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
         ww += 2.0 * spin_inertia * (b / r) ** 2
     swing = 0.0
     if m.mast_mass > 0.0:
-        swing = (
-            -m.mast_stiffness * (1.0 + m.mast_hardening * y[MAST] ** 2) * y[MAST]
-            - m.mast_damping * y[MAST_RATE]
-            + m.mast_mass * GRAVITY * s
-        )
+        swing = _swing(y, m, s)
         about += m.mast_mass * GRAVITY * c * y[MAST] - m.mast_height * swing
         along -= c * swing
         vv -= m.mast_mass * c * c

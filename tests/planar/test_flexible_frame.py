@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import InitialState, StartPose
+from twbal.core.swinging_part import swinging_part, without_part
 from twbal.effects.effect import assemble
 from twbal.effects.flexible_frame import FlexibleFrame
 from twbal.effects.library import effects_from
@@ -141,3 +142,14 @@ def test_a_part_without_mass_and_a_stiff_spring_are_a_rigid_frame(paper):
     assert np.array_equal(none, rigid)
     assert np.abs(stiff - rigid)[-1, :4] == pytest.approx(0.0, abs=0.04)
     assert np.abs(stiff[:, 4]).max() < 1e-3
+
+
+def test_a_fit_finds_no_frame_that_leaves_no_body(paper):
+    """Within the ranges of a diagnosis, where the body's inertia is less than its sheet says: nothing is predicted."""
+    frame = {"share": 0.2, "frequency": 5.0, "damping": 0.05, "height": 2.0}
+    light = {"flexible_frame": frame, "body_inertia": {"factor": 0.5}}
+    assert np.isfinite(constants(planar_parameters(paper, {"flexible_frame": frame}), 1e-3).swing.stiffness)
+    assert np.isnan(constants(planar_parameters(paper, light), 1e-3).swing.stiffness)
+    model = assemble(paper, effects_from(light))
+    with pytest.raises(ConfigError, match="no body"):
+        without_part(model.robot, swinging_part(model))

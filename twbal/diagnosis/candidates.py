@@ -91,7 +91,7 @@ class Candidate(NamedTuple):
 
     @property
     def resonance(self) -> CandidateParameter | None:
-        """Of what rings (it has a frequency and a damping), the frequency, which is looked for among many values."""
+        """Of a resonance, which has a frequency and a damping: the frequency, which is looked for among many values."""
         known = {p.name: p for p in self.parameters}
         return known[_FREQUENCY] if {_FREQUENCY, _DAMPING} <= set(known) else None
 

@@ -21,7 +21,7 @@ _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run
 _OF_BOUND = 0.1  # of a limit's low bound, within which it has run there
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
-_RESONANCES = 10.0  # the same of what rings: peaks a fifth wide between 1.5 and 20 Hz
+_RESONANCES = 10.0  # the same of a resonance: peaks a fifth wide between 1.5 and 20 Hz
 ALIKE = 0.2  # difference in -2 log likelihood below which sets fit equally well
 _PROMISING = 0.2  # share of the best predicted gain from which on a candidate is fitted in full
 

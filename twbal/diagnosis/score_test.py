@@ -35,7 +35,7 @@ _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP, _WAVES_STEP = 0.25, 0.1
-_RESONANCES = 9  # frequencies at which what rings is tried, evenly by ratio
+_FREQUENCIES = 9  # frequencies at which a resonance is tried, evenly by ratio
 
 
 class ScoredCandidate(NamedTuple):
@@ -209,7 +209,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
 def _resonance_frequency(
     data: Data, fit: Fit, candidate: Candidate, start: Mapping[str, float], power_of: Callable[[Array], float]
 ) -> dict[str, float]:
-    """Frequency at which what rings is predicted to gain most while it is small; of what rings only.
+    """Frequency at which a resonance is predicted to gain most while it is small; of a resonance only.
 
     Args:
         data, fit, candidate: as of `_predict`.
@@ -222,7 +222,7 @@ def _resonance_frequency(
     size, field = candidate.parameters[0], candidate.field(frequency)
     small = {candidate.field(size): size.none + _SMALL * (size.start - size.none)}
     best, found = 0.0, frequency.start
-    for value in np.geomspace(frequency.low, frequency.high, _RESONANCES):
+    for value in np.geomspace(frequency.low, frequency.high, _FREQUENCIES):
         change = data.white(fit.model.put({**start, **small, field: float(value)}), fit.kalman) - fit.white
         if not np.isfinite(change).all():
             continue

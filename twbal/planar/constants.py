@@ -1,9 +1,10 @@
 """The constants of the planar model's equations of motion, by its parameters."""
 
-from math import expm1, pi
+from math import expm1, nan, pi
 from typing import NamedTuple
 
 from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
 from twbal.core.quantities import Quantity
 from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY
@@ -17,7 +18,7 @@ class Swing(NamedTuple):
     Attributes:
         mass: m_s [kg].
         height: h, above the axle [m].
-        stiffness: of the spring, m_s ω² [N/m].
+        stiffness: of the spring, m_s ω² [N/m]; nan where the part leaves no body (`core.swinging_part.without_part`).
         damping: 2 ζ m_s ω [N·s/m].
     """
 
@@ -33,12 +34,12 @@ class Play(NamedTuple):
     Attributes:
         rotors: J, inertia of both rotors [kg·m²].
         gap: full width, as an angle of the wheel [rad].
-        is_before_encoder: 1 where the encoders sit on the rotors' side of it, 0 on the wheels'.
+        is_behind_encoder: 1 where the encoders sit on the rotors' side of it, 0 on the wheels'.
     """
 
     rotors: float
     gap: float
-    is_before_encoder: float
+    is_behind_encoder: float
 
 
 class FilterTimes(NamedTuple):
@@ -115,6 +116,28 @@ class Constants(NamedTuple):
 
 
 @kernel()
+def _swing(q: Array) -> Swing:
+    """What of the body swings, by the robot's quantities."""
+    share, ratio = q[Quantity.SWINGING_SHARE], q[Quantity.SWING_HEIGHT]
+    mass, height = share * q[Quantity.BODY_MASS], q[Quantity.COM_HEIGHT]
+    pace, pitch = 2.0 * pi * q[Quantity.SWING_FREQUENCY], q[Quantity.BODY_INERTIA_PITCH]
+    less = mass * (height * (ratio - 1.0)) ** 2 / (1.0 - share)  # by which the rest of the body has less inertia
+    is_body = pitch > less and pitch + q[Quantity.TURN_INERTIA] >= 2.0 * less
+    return Swing(
+        mass, ratio * height, mass * pace * pace if is_body else nan, 2.0 * q[Quantity.SWING_DAMPING] * mass * pace
+    )
+
+
+@kernel()
+def _play(q: Array, wheel_inertia: float) -> Play:
+    """The play in the gears, by the robot's quantities and the inertia of each wheel with its rotor [kg·m²]."""
+    is_behind_encoder = q[Quantity.SHAFT_GAP] > 0.0
+    gap = q[Quantity.GAP] + q[Quantity.SHAFT_GAP]
+    share = q[Quantity.SHAFT_ROTOR_SHARE] if is_behind_encoder else q[Quantity.ROTOR_SHARE]
+    return Play(2.0 * share * wheel_inertia if gap > 0.0 else 0.0, gap, 1.0 if is_behind_encoder else 0.0)
+
+
+@kernel()
 def constants(p: PlanarParameters, step: float) -> Constants:
     """The constants of a planar model, integrated at a physics step [s]."""
     q = quantities(p)
@@ -124,10 +147,6 @@ def constants(p: PlanarParameters, step: float) -> Constants:
     time_constant = q[Quantity.MOTOR_LAG]
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     fade = lag * time_constant / step if time_constant > 0.0 else 0.0
-    swinging, pace = q[Quantity.SWINGING_SHARE] * m, 2.0 * pi * q[Quantity.SWING_FREQUENCY]
-    damping, gap = q[Quantity.SWING_DAMPING], q[Quantity.GAP] + q[Quantity.SHAFT_GAP]
-    is_before_encoder = 1.0 if q[Quantity.SHAFT_GAP] > 0.0 else 0.0
-    rotors = 2.0 * q[Quantity.SHAFT_ROTOR_SHARE if is_before_encoder else Quantity.ROTOR_SHARE] * p.wheel_inertia
     slew = q[Quantity.SLEW_RATE] * step if q[Quantity.SLEW_RATE] < UNBOUNDED else UNBOUNDED
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
@@ -139,8 +158,8 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         r,
         mass,
         m * height,
-        Swing(swinging, q[Quantity.SWING_HEIGHT] * height, swinging * pace * pace, 2.0 * damping * swinging * pace),
-        Play(rotors if gap > 0.0 else 0.0, gap, is_before_encoder),
+        _swing(q),
+        _play(q, p.wheel_inertia),
         q[Quantity.SLOPE],
         0.5 * p.track / r,
         geared,

@@ -66,9 +66,38 @@ def joint_torque(p: PlanarParameters, k: Constants, s: PlanarState, turning: Tur
     return turn(p, -2.0 * k.viscous * relative, at)
 
 
+class Inertias(NamedTuple):
+    """What resists accelerations of wheels, or axle, and body.
+
+    Attributes:
+        own: of wheels [kg·m²] or axle [kg].
+        coupling: between them and the body [kg·m²] or [kg·m].
+        body: [kg·m²].
+    """
+
+    own: float
+    coupling: float
+    body: float
+
+
+@kernel(is_inlined=True)
+def without_swinging(k: Constants, along: float, own: float, coupling: float, body: float) -> Inertias:
+    """Inertias without the part of the body that swings, which takes no part in motion across the body.
+
+    Args:
+        k: constants of the planar model.
+        along: way of that part across the body for each unit of what `own` resists: [m] or 1.
+        own, coupling, body: as of `Inertias`, with the part.
+    """
+    if rarely(k.swing.mass > 0.0):
+        mass, height = k.swing.mass, k.swing.height
+        return Inertias(own - mass * along * along, coupling - mass * along * height, body - mass * height * height)
+    return Inertias(own, coupling, body)
+
+
 @kernel(is_inlined=True)
 def swung(k: Constants, s: PlanarState, f: Forces, speed: float, tilt_rate: float) -> tuple[float, float]:
-    """Where a part of the body that swings is after a step, and its rate: y [m], y' [m/s].
+    """Where the part of the body that swings is after a step, and its rate: y [m], y' [m/s].
 
     Args:
         k: constants of the planar model.
@@ -77,6 +106,8 @@ def swung(k: Constants, s: PlanarState, f: Forces, speed: float, tilt_rate: floa
         speed: change of the axle's speed in the step [m/s].
         tilt_rate: change of the tilt rate in the step [rad/s].
     """
+    if not rarely(k.swing.mass > 0.0):
+        return s.sway, s.sway_rate
     rate = s.sway_rate - k.step * (f.swinging / k.swing.mass - s.sway * s.tilt_rate * s.tilt_rate)
     rate -= f.leaning * speed + k.swing.height * tilt_rate
     return s.sway + k.step * rate, rate

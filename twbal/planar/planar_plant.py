@@ -162,7 +162,7 @@ class PlanarPlant(Plant):
             raise ConfigError("The planar model has no backlash on wheels that slip; leave one of the two effects out.")
         model = assemble(robot, effects)
         if part := swinging_part(model):
-            without_part(model.robot, part)
+            without_part(model.robot, part)  # raises where that leaves no body
         self._start = start
         self._seed = seed
         self._reset_memory()

@@ -3,9 +3,26 @@
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
-from twbal.planar.forces import forces, swung
+from twbal.planar.forces import forces, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
+
+
+@kernel(is_inlined=True)
+def _engage(k: Constants, ahead: float, faster: float, so_far: float, mobility: float) -> float:
+    """Change of the impulse between rotors and wheels, which keeps the rotors within the gap [N·m·s].
+
+    Args:
+        k: constants of the planar model.
+        ahead: of the wheels are the rotors, at the step's start [rad].
+        faster: than the wheels are they, with the impulse [rad/s].
+        so_far: the impulse of the rounds before [N·m·s].
+        mobility: rate that the wheels gain per impulse [1/(kg·m²)].
+    """
+    apart_by = mobility + 1.0 / k.play.rotors  # what an impulse between rotors and wheels adds to their difference
+    wanted = cut(ahead + k.step * faster + k.step * apart_by * so_far, 0.5 * k.play.gap)
+    free = faster + apart_by * so_far
+    return (free - (wanted - ahead) / k.step) / apart_by - so_far
 
 
 @kernel(is_inlined=True)
@@ -23,13 +40,8 @@ def roll(
     h = k.step
     f = forces(p, k, s, time, turning)
     loose = k.play.rotors > 0.0
-    a, c = k.a - k.play.rotors, k.c
     coupling = k.b * f.leaning - k.geared
-    if rarely(k.swing.mass > 0.0):  # what swings takes no part in motion across the body
-        along, height = k.radius * f.leaning, k.swing.height
-        a -= k.swing.mass * along * along
-        c -= k.swing.mass * height * height
-        coupling -= k.swing.mass * along * height
+    a, coupling, c = without_swinging(k, k.radius * f.leaning, k.a - k.play.rotors, coupling, k.c)
     determinant = a * c - coupling * coupling
     inverse = 1.0 / determinant
     w, v = c * inverse, -coupling * inverse  # inverse inertia: wheel by wheel, wheel by body
@@ -44,17 +56,13 @@ def roll(
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.rolling
     if joint > 0.0 or ground > 0.0 or loose:
-        half = 0.5 * k.play.gap
         contact = rubbing = rolling = 0.0
         of_joint = determinant / (a + 2.0 * coupling + c)  # inertia against a change of the joint's rate
         alone = (joint > 0.0) + (ground > 0.0) + loose == 1
         for _ in range(1 if alone else SWEEPS):
             before = contact, rolling, rubbing
             if rarely(loose):
-                apart_by = w + 1.0 / k.play.rotors  # what an impulse between rotors and wheels adds to their difference
-                wanted = cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * apart_by * contact, half)
-                free = rotor_speed - wheel_speed + apart_by * contact
-                change = (free - (wanted - s.rotor + s.wheel) / h) / apart_by - contact
+                change = _engage(k, s.rotor - s.wheel, rotor_speed - wheel_speed, contact, w)
                 contact += change
                 rotor_speed -= change / k.play.rotors
                 wheel_speed += w * change
@@ -72,10 +80,7 @@ def roll(
             if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
                 break
     wheel = s.wheel + h * wheel_speed
-    sway, sway_rate = s.sway, s.sway_rate
-    if rarely(k.swing.mass > 0.0):
-        gained = k.radius * (wheel_speed - s.wheel_speed)
-        sway, sway_rate = swung(k, s, f, gained, tilt_rate - s.tilt_rate)
+    sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,

@@ -79,7 +79,7 @@ def see(
 @kernel(is_inlined=True)
 def encoder_angle(k: Constants, s: PlanarState) -> float:
     """Angle that perfect encoders show, which may sit on the motors' shafts [rad]."""
-    if rarely(k.play.is_before_encoder > 0.0):
+    if rarely(k.play.is_behind_encoder > 0.0):
         return s.rotor - s.tilt
     return s.wheel - s.tilt
 
@@ -107,7 +107,7 @@ def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, 
     tilt = (1.0 - share) * imu[near, 0] + share * imu[far, 0]
     rate = (1.0 - share) * imu[near, 1] + share * imu[far, 1]
     relative = s.wheel_speed - s.tilt_rate
-    if rarely(k.play.is_before_encoder > 0.0):
+    if rarely(k.play.is_behind_encoder > 0.0):
         relative = s.rotor_speed - s.tilt_rate
     truth = Reading(tilt - lead * rate, rate, encoder_angle(k, s) - lead * relative, relative)
     return sense(p, truth, steps * k.step)

@@ -1,11 +1,11 @@
 """One physics step of the planar model whose tyres may slip; the equations are those of `twbal.planar.motion`."""
 
-from twbal.core.compiled import kernel, rarely
+from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
-from twbal.planar.forces import forces, joint_torque, slope_ahead, swung
+from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
 
@@ -26,11 +26,7 @@ def slide(
     slope = slope_ahead(k, turning)
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
-    coupling, mass, c = k.arm * f.leaning, k.mass, k.c - k.geared
-    if rarely(k.swing.mass > 0.0):  # what swings takes no part in motion across the body
-        coupling -= k.swing.mass * k.swing.height * f.leaning
-        mass -= k.swing.mass * f.leaning * f.leaning
-        c -= k.swing.mass * k.swing.height * k.swing.height
+    mass, coupling, c = without_swinging(k, f.leaning, k.mass, k.arm * f.leaning, k.c - k.geared)
     determinant = mass * c - coupling * coupling
     w, v, q = c / determinant, -coupling / determinant, mass / determinant  # axle by axle, by body; body by body
     rubbed = joint_torque(p, k, s, turning)
@@ -70,10 +66,7 @@ def slide(
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
     position = s.position + h * speed
-    sway, sway_rate = s.sway, s.sway_rate
-    if rarely(k.swing.mass > 0.0):
-        gained = speed - s.slip - r * s.wheel_speed
-        sway, sway_rate = swung(k, s, f, gained, tilt_rate - s.tilt_rate)
+    sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
     return PlanarState(
         tilt,
         wheel,

@@ -23,8 +23,8 @@ class Gears:
     def __init__(self, model: RobotModel, physics_step: float) -> None:
         drive, robot = model.drive, model.robot
         gap = drive.gap + drive.shaft_gap
-        loose, self._is_before_encoder = gap > 0, drive.shaft_gap > 0
-        share = drive.shaft_rotor_share if self._is_before_encoder else drive.rotor_share
+        loose, self._is_behind_encoder = gap > 0, drive.shaft_gap > 0
+        share = drive.shaft_rotor_share if self._is_behind_encoder else drive.rotor_share
         self.robot: RobotParameters = (
             replace(robot, wheel_inertia=(1 - share) * robot.wheel_inertia) if loose else robot
         )
@@ -44,7 +44,7 @@ class Gears:
 
     def seen(self, motion: RobotMotion) -> RobotMotion:
         """The motion as encoders see it, which may sit on the rotors' side of a backlash."""
-        if not self._is_before_encoder:
+        if not self._is_behind_encoder:
             return motion
         if self._begins:
             angle, rate = motion.wheel_angle + self._ahead, motion.wheel_rate + self._faster

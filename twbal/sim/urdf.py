@@ -20,11 +20,7 @@ def urdf_text(robot: RobotParameters, part: SwingingPart | None = None) -> str:
     x = robot.com_height * sin(robot.com_offset)
     z = robot.com_height * cos(robot.com_offset)
     body = f"""  <link name="body">
-    <inertial>
-      <origin xyz="{x!r} 0 {z!r}"/>
-      <mass value="{robot.body_mass!r}"/>
-      {_inertia(robot.body_inertia_roll, robot.body_inertia_pitch, robot.body_inertia_yaw)}
-    </inertial>
+    {_inertial(robot.body_mass, robot.body_inertia_roll, robot.body_inertia_pitch, robot.body_inertia_yaw, x, z)}
     <visual>
       <origin xyz="0 0 {robot.com_height!r}"/>
       <geometry><box size="{robot.wheel_radius!r} {0.8 * robot.track!r} {2 * robot.com_height!r}"/></geometry>
@@ -40,10 +36,7 @@ def _wheel(robot: RobotParameters, name: str, y: float) -> str:
     across = robot.wheel_mass * (3 * robot.wheel_radius**2 + robot.wheel_width**2) / 12
     across = max(across, 0.5001 * robot.wheel_inertia)  # engines refuse a body less than half of its spin across
     return f"""  <link name="{name}">
-    <inertial>
-      <mass value="{robot.wheel_mass!r}"/>
-      {_inertia(across, robot.wheel_inertia, across)}
-    </inertial>
+    {_inertial(robot.wheel_mass, across, robot.wheel_inertia, across)}
     <visual>
       <origin rpy="1.5707963267948966 0 0"/>
       <geometry><cylinder radius="{robot.wheel_radius!r}" length="{robot.wheel_width!r}"/></geometry>
@@ -65,10 +58,7 @@ def _swinging(robot: RobotParameters, part: SwingingPart) -> str:
     along, across = sin(robot.com_offset), cos(robot.com_offset)
     tiny = 1e-6 * part.mass * part.height**2
     return f"""  <link name="swinging_part">
-    <inertial>
-      <mass value="{part.mass!r}"/>
-      {_inertia(tiny, tiny, tiny)}
-    </inertial>
+    {_inertial(part.mass, tiny, tiny, tiny)}
   </link>
   <joint name="swinging_part_joint" type="prismatic">
     <parent link="body"/>
@@ -79,5 +69,9 @@ def _swinging(robot: RobotParameters, part: SwingingPart) -> str:
   </joint>"""
 
 
-def _inertia(ixx: float, iyy: float, izz: float) -> str:
-    return f'<inertia ixx="{ixx!r}" ixy="0" ixz="0" iyy="{iyy!r}" iyz="0" izz="{izz!r}"/>'
+def _inertial(mass: float, ixx: float, iyy: float, izz: float, x: float = 0.0, z: float = 0.0) -> str:
+    return f"""<inertial>
+      <origin xyz="{x!r} 0 {z!r}"/>
+      <mass value="{mass!r}"/>
+      <inertia ixx="{ixx!r}" ixy="0" ixz="0" iyy="{iyy!r}" iyz="0" izz="{izz!r}"/>
+    </inertial>"""
