@@ -8,10 +8,11 @@ from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
-from twbal.diagnosis.record import LIKELY, ProbableEffect, Verdict
+from twbal.diagnosis.power import unseen
+from twbal.diagnosis.record import LIKELY, DetectionPower, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.verdict import beyond_tolerance, undetectable
+from twbal.diagnosis.verdict import beyond_tolerance
 
 UNEXPLAINED = (
     "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
@@ -26,7 +27,12 @@ OUTWEIGHED = "The set of effects that was found is less likely than others are t
 
 
 def advise(
-    selection: Selection, objected: Sequence[Objection], statistic: float, verdict: Verdict, settings: Settings
+    selection: Selection,
+    objected: Sequence[Objection],
+    statistic: float,
+    power: Sequence[DetectionPower],
+    verdict: Verdict,
+    settings: Settings,
 ) -> tuple[str, ...]:
     """What to make of a selection.
 
@@ -34,15 +40,20 @@ def advise(
         selection: how it went.
         objected: what speaks against its finding.
         statistic: of its data sheet.
+        power: what the data would have shown of effects that it does not have.
         verdict: that it came to.
         settings: of the diagnosis.
     """
     found, chosen = [], selection.chosen
-    unseen = undetectable(selection, settings)
+    hidden = unseen(power)
     if verdict is Verdict.UNDECIDED:
         found.append("The recordings are too poor to decide. Record some that tell effects apart, by the next command.")
-    if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
-        found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
+    if verdict in (Verdict.UNDECIDED, Verdict.NONE) and hidden:
+        listed = ", ".join(f"{spaced(each.name)} ({each.at_usual:.0%})" for each in hidden)
+        found.append(
+            "These effects could be there without these recordings showing it. In parentheses stands the probability "
+            f"with which one of its usual size would have been found: {listed}."
+        )
     if verdict is Verdict.UNKNOWN:
         others = [objection for objection in objected if not objection.is_of_length]
         if others:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.model_comparison import ModelComparison
-from twbal.diagnosis.record import ProbableEffect, Rival, Shift, Verdict, Whiteness
+from twbal.diagnosis.record import DetectionPower, ProbableEffect, Rival, Shift, Verdict, Whiteness
 from twbal.sysid.noise import NoiseModel
 
 Effects = Mapping[str, Mapping[str, float]]
@@ -105,6 +105,7 @@ class Findings:
         without: `named` without one of its effects and fitted again, by the effect's name.
         named: with what is named too; of an `unknown`, with the likeliest effects where each is more likely missing
             than not and none has a parameter at a bound; else the same as `refitted`.
+        power: of effects that the chosen set does not have: how likely they would have been found.
     """
 
     verdict: Verdict
@@ -124,6 +125,7 @@ class Findings:
     without: Mapping[str, FilterResult]
     refitted_data_sheet: tuple[Shift, ...] = ()
     comparison: ModelComparison | None = None
+    power: tuple[DetectionPower, ...] = ()
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

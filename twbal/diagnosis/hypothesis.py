@@ -153,10 +153,16 @@ def fit_hypothesis(
             raise DataError(_DIVERGES)
         fit = fit._replace(cost=np.inf)
     left = data.autocorrelation(errors, kalman)[data.sensed]
+    price = bic_penalty(candidates, data.count)
+    return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
+
+
+def bic_penalty(candidates: Sequence[Candidate], count: int) -> float:
+    """Of the parameters of effects, in -2 log likelihood, for so many instants."""
     searched = sum(np.log(_WAVES) for each in candidates if each.counter)
     searched += sum(np.log(_RESONANCES) for each in candidates if each.resonance)
-    price = len(own) * float(np.log(data.count)) + 2.0 * float(searched)
-    return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
+    parameters = sum(len(each.parameters) for each in candidates)
+    return parameters * float(np.log(count)) + 2.0 * float(searched)
 
 
 def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tuple[str, ...]:

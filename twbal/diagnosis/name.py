@@ -29,8 +29,10 @@ from twbal.diagnosis.objections import (
     objections,
     pulls_the_data_sheet,
 )
+from twbal.diagnosis.power import detection_power
 from twbal.diagnosis.probable import Weights, outweighed, probable_effects
-from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
+from twbal.diagnosis.record import LIKELY, DetectionPower, ProbableEffect, Rival, Verdict, Whiteness
+from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again, settled
@@ -40,6 +42,7 @@ from twbal.diagnosis.verdict import (
     allowed_differences,
     conclude,
     data_sheet_classes,
+    log_prior_odds,
     probabilities,
     shifts_of,
     temperature_of,
@@ -92,7 +95,9 @@ def name_effects(
     selection = _search(problem, progress)
     weights = probabilities(selection, settings)
     differences = allowed_differences(problem, selection.chosen)
-    comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
+    temperature = temperature_of(selection, settings)
+    comparison = compare_models(problem, selection, weights, temperature, differences)
+    power = _power(problem, selection, temperature)
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
@@ -102,7 +107,7 @@ def name_effects(
     extent = extent_of(recordings, robot)
     objected = objections(selection.chosen, largest, inconstant, settings, extent)
     objected += tuple(outweighed(selection, weights, settings))
-    verdict = conclude(selection, objected, statistic, settings)
+    verdict = conclude(selection, objected, statistic, power, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
     guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, objected, settings)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
@@ -118,7 +123,7 @@ def name_effects(
         whiteness=whiteness_of(data, nominal, named.fit.model),
         is_autocorrelated=named.autocorrelation > autocorrelation_limit(data.count, settings),
         noise=sensed_values(data, named.fit.model.noise.sensors),
-        advice=advise(selection, objected, statistic, verdict, settings),
+        advice=advise(selection, objected, statistic, power, verdict, settings),
         nominal=filter_result_of(data, nominal, effects),
         nominal_errors=one_step_errors(data, nominal, named.fit.model),
         refitted=refitted,
@@ -126,7 +131,16 @@ def name_effects(
         without=_without_each(problem, named, refitted, effects),
         refitted_data_sheet=shifts_of(selection.base, settings),
         comparison=comparison,
+        power=power,
     )
+
+
+def _power(problem: Problem, selection: Selection, temperature: float) -> tuple[DetectionPower, ...]:
+    """What the recordings would have shown of the effects that the chosen set does not have."""
+    chosen, data = selection.chosen, problem.data
+    beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
+    scored = beside[-1] if beside else score_candidates(data, chosen.fit, problem.beside(chosen))
+    return detection_power(scored, chosen, data.count, temperature, log_prior_odds(problem.settings))
 
 
 def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:

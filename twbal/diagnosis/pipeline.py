@@ -286,6 +286,7 @@ def _diagnosis(
         whiteness=found.whiteness,
         noise=found.noise,
         advice=found.advice,
+        power=found.power,
     )
 
 

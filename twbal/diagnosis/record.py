@@ -107,6 +107,46 @@ class ProbableEffect:
     share: float | None = None
 
 
+class SizePower(NamedTuple):
+    """The probability that an effect of one size would have been found.
+
+    Attributes:
+        share: of its usual size.
+        value: of its first parameter.
+        probability: that it would have been found.
+    """
+
+    share: float
+    value: float
+    probability: float
+
+
+class DetectionPower(NamedTuple):
+    """What the recordings would have shown of an effect that is in no set that was chosen.
+
+    Attributes:
+        name: of the effect.
+        parameter: its first one, whose values are said.
+        unit: of the parameter; "" for a plain number.
+        usual: value at the usual size.
+        least: smallest value that would have been found with a probability of 80 %; None where no size that was tried
+            would.
+        sizes: probabilities by size.
+    """
+
+    name: str
+    parameter: str
+    unit: str
+    usual: float
+    least: float | None
+    sizes: tuple[SizePower, ...]
+
+    @property
+    def at_usual(self) -> float:
+        """Probability that it would have been found at its usual size."""
+        return next(size.probability for size in self.sizes if size.share == 1.0)
+
+
 class Rival(NamedTuple):
     """A candidate that was weighed.
 
@@ -305,6 +345,7 @@ class Diagnosis:
         motor_difference: by how much one motor is stronger than the other; None where the yaw rate does not show it.
         lost_commands: how many commands did not reach the robot; None where the measurements show none.
         contradicted: whether rollouts on held-out data speak against the fit, so that what was added is no finding.
+        power: of effects that the best set does not have: how likely they would have been found, had they been there.
     """
 
     verdict: Verdict
@@ -327,6 +368,7 @@ class Diagnosis:
     motor_difference: MotorDifference | None = None
     lost_commands: CommandLoss | None = None
     contradicted: bool = False
+    power: tuple[DetectionPower, ...] = ()
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -45,14 +45,14 @@ class ScoredCandidate(NamedTuple):
         candidate: which.
         gain: in -2 log likelihood, predicted from its slopes, or of a short fit.
         model: with its values.
-        detectability: gain in -2 log likelihood that the candidate at its start values would have brought, had it been
-            there.
+        detectable: by size, as a share of its start values: gain in -2 log likelihood that the candidate would have
+            brought, had it been there at that size.
     """
 
     candidate: Candidate
     gain: float
     model: Model
-    detectability: float
+    detectable: Mapping[float, float]
 
 
 def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[ScoredCandidate]:
@@ -128,7 +128,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
     shift = penalty(fit.free_parameters, fit.values)
     far = shift > _FAR
-    best, gain, detectability = np.inf, -np.inf, 0.0
+    best, gain = np.inf, -np.inf
+    detectable = dict[float, float]()
     model = fit.model.put(now)
 
     def power_of(change: Array) -> float:
@@ -156,8 +157,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         predicted = slope**2 / power if small and slope > 0.0 and power > _IDLE else 0.0
         cost = float(white @ white)
         gain = max(gain, freed + predicted, freed + float(fit.white @ fit.white) - cost)
-        if size == 1.0:
-            detectability = power
+        if size > 0.0 and not candidate.is_wave:  # sizes of a wave are those of the one that was found
+            detectable[size] = power
         if cost < best:
             best, model = cost, tried
         if far and not small:
@@ -168,8 +169,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
                 best, model = cost - shift, home
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
-        detectability = power_of(change) if np.isfinite(change).all() else np.inf
-    return ScoredCandidate(candidate, gain, model, detectability)
+        detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
+    return ScoredCandidate(candidate, gain, model, detectable)
 
 
 def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:

@@ -6,7 +6,8 @@ import numpy as np
 
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.record import Gap, Shift, Verdict
+from twbal.diagnosis.power import unseen
+from twbal.diagnosis.record import DetectionPower, Gap, Shift, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Field
@@ -15,13 +16,20 @@ _BLIND = 0.5  # share of the candidates that poor data could not have shown, fro
 _A_WORD = 1.0  # tolerances by which a value of a data sheet beyond its tolerances must be off to be listed
 
 
-def conclude(selection: Selection, objected: Sequence[object], statistic: float, settings: Settings) -> Verdict:
+def conclude(
+    selection: Selection,
+    objected: Sequence[object],
+    statistic: float,
+    power: Sequence[DetectionPower],
+    settings: Settings,
+) -> Verdict:
     """The verdict of a selection.
 
     Args:
         selection: how it went.
         objected: what speaks against it (`objections`).
         statistic: how badly the data want the data sheet beyond its tolerances (`tolerance_statistic`).
+        power: what the data would have shown of effects that it does not have.
         settings: of the diagnosis.
     """
     chosen = selection.chosen
@@ -31,7 +39,7 @@ def conclude(selection: Selection, objected: Sequence[object], statistic: float,
         return Verdict.NAMED
     if chosen.candidates or exceeds_tolerances(chosen, statistic, settings):
         return Verdict.DATA_SHEET
-    if len(undetectable(selection, settings)) > _BLIND * len(selection.rounds[0].scored):
+    if len(unseen(power)) > _BLIND * len(power):
         return Verdict.UNDECIDED
     return Verdict.NONE
 
@@ -118,11 +126,6 @@ def exceeds_tolerances(hypothesis: FittedHypothesis, statistic: float, settings:
     return statistic / hypothesis.autocorrelation > settings.lines.strain
 
 
-def undetectable(selection: Selection, settings: Settings) -> list[str]:
-    """Effects that could be there at their usual size without these data showing it."""
-    return [s.candidate.name for s in selection.rounds[0].scored if s.detectability < settings.lines.score]
-
-
 def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:
     """Of each set that was fitted, by its names.
 
@@ -134,12 +137,17 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     """
     sets = selection.sets
     temperature = temperature_of(selection, settings)
-    odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(w.candidates) for w in sets])
+    odds = log_prior_odds(settings) * np.array([len(w.candidates) for w in sets])
     scores = odds - np.array([w.bic for w in sets]) / (2.0 * temperature)
     scores[[not _is_weighed(w, selection.chosen) for w in sets]] = -np.inf
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
+
+
+def log_prior_odds(settings: Settings) -> float:
+    """That one more effect is missing, before anything was recorded."""
+    return float(np.log(settings.prior / (1.0 - settings.prior)))
 
 
 def temperature_of(selection: Selection, settings: Settings) -> float:
