@@ -96,7 +96,7 @@ def name_effects(
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
-    inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
+    inconstant = inconstant_effects(data, selection.chosen, settings.thresholds.max_size_difference)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     extent = extent_of(recordings, robot)
