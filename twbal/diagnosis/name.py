@@ -30,7 +30,7 @@ from twbal.diagnosis.objections import (
     pulls_the_data_sheet,
 )
 from twbal.diagnosis.probable import Weights, outweighed, probable_effects
-from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
+from twbal.diagnosis.record import LIKELY, ProbableEffect, ResidualAutocorrelation, Rival, Verdict
 from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again, settled
@@ -115,7 +115,7 @@ def name_effects(
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, statistic, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
-        whiteness=whiteness_of(data, nominal, named.fit.model),
+        autocorrelation=autocorrelation_of(data, nominal, named.fit.model),
         is_autocorrelated=named.autocorrelation > autocorrelation_limit(data.count, settings),
         noise=sensed_values(data, named.fit.model.noise.sensors),
         advice=advise(selection, objected, statistic, verdict, settings),
@@ -263,10 +263,10 @@ def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 
-def whiteness_of(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]:
-    """Per channel, by the simulation as it is and with what was found."""
-    colours = []
+def autocorrelation_of(data: Data, before: Model, after: Model) -> tuple[ResidualAutocorrelation, ...]:
+    """Of the residuals, per channel, by the simulation as it is and with what was found."""
+    found = []
     for model in (before, after):
         kalman = data.filter(model)
-        colours.append(sensed_values(data, data.autocorrelation(data.errors(model, kalman), kalman)))
-    return tuple(Whiteness(name, colours[0][name], colours[1][name]) for name in colours[0])
+        found.append(sensed_values(data, data.autocorrelation(data.errors(model, kalman), kalman)))
+    return tuple(ResidualAutocorrelation(name, found[0][name], found[1][name]) for name in found[0])

@@ -283,7 +283,7 @@ def _diagnosis(
         where=disagreement(found.named, split.fitted, data.bins, found.nominal_errors),
         gap=gaps,
         held_out=split.names,
-        whiteness=found.whiteness,
+        autocorrelation=found.autocorrelation,
         noise=found.noise,
         advice=found.advice,
     )

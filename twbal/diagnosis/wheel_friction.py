@@ -19,7 +19,7 @@ from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
-from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
+from twbal.diagnosis.name import autocorrelation_of, first_noise, sensed_values
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.wheel_turns import WINDOW, Turns, windows_of
@@ -132,7 +132,7 @@ def identify_friction(
             Rival(form.names, base.misfit - form.misfit, weights[form.names], 1.0)
             for form in sorted((base, *forms), key=lambda form: form.misfit)
         ),
-        whiteness=whiteness_of(data, nominal, named),
+        autocorrelation=autocorrelation_of(data, nominal, named),
         is_autocorrelated=False,  # wheels in the air are judged by windows
         noise=sensed_values(data, named.noise.sensors),
         advice=_advice(turns, stronger, chosen, near, verdict, settings),
