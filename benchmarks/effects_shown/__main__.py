@@ -77,7 +77,7 @@ def shown(each: Set, places: Places) -> dict[str, Any]:
     known: dict[str, Any] = {"stratum": each.stratum, "seed": each.seed}
     if not isfinite(whole.bic):
         return {**known, "autocorrelation": None, "shown": dict.fromkeys((c.name for c in wanted), 0.0)}
-    weight = min(whole.autocorrelation, settings.lines.whiteness)
+    weight = min(whole.autocorrelation, settings.thresholds.max_autocorrelation)
     scores = {name: round((less.bic - whole.bic) / weight, 1) for name, less in lighter.items()}
     return {**known, "autocorrelation": round(whole.autocorrelation, 2), "shown": scores}
 

@@ -6,10 +6,10 @@ from typing import Any
 
 from benchmarks.other_robots.tables import STRATA, share
 
-SCORE = 20.0
-"""From which on a diagnosis names an effect (`lines.score`)."""
-WHITENESS = 8.0
-"""Residual autocorrelation above which a diagnosis stays `unknown` (`lines.whiteness`)."""
+MIN_SCORE = 20.0
+"""From which on a diagnosis names an effect (`thresholds.min_score`)."""
+MAX_AUTOCORRELATION = 8.0
+"""Residual autocorrelation above which a diagnosis stays `unknown` (`thresholds.max_autocorrelation`)."""
 
 
 def effects_shown(results: Mapping[str, Any]) -> list[str]:
@@ -20,8 +20,8 @@ def effects_shown(results: Mapping[str, Any]) -> list[str]:
         rows = [row for row in results["sets"] if row["stratum"] == stratum]
         if rows:
             left = [row["autocorrelation"] for row in rows if row["autocorrelation"] is not None]
-            shown = share(score >= SCORE for row in rows for score in row["shown"].values())
-            above = share(autocorrelation > WHITENESS for autocorrelation in left)
+            shown = share(score >= MIN_SCORE for row in rows for score in row["shown"].values())
+            above = share(autocorrelation > MAX_AUTOCORRELATION for autocorrelation in left)
             middle = f"{median(left):.1f}" if left else "-"
             lines.append(f"| {stratum} | {len(rows)} | {shown} | {middle} | {above} | {len(rows) - len(left)} |")
     return lines

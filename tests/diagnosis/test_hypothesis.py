@@ -47,7 +47,7 @@ def test_a_value_of_the_data_sheet_at_a_bound_is_told(paper, field, end):
 def test_a_value_is_beyond_its_tolerance_before_it_is_at_its_bound(preset):
     with composing():
         settings = instantiate(compose("diagnose", ["episodes=e", f"diagnosis={preset}"]).diagnosis)
-    assert settings.lines.beyond * settings.tolerances.data_sheet < 0.95 * (1.0 - LOWEST)
+    assert settings.thresholds.max_shift * settings.tolerances.data_sheet < 0.95 * (1.0 - LOWEST)
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.5, 1.0, 2.0])

@@ -65,7 +65,7 @@ def test_nothing_is_missing_where_nothing_is(clean):
 def test_errors_of_the_right_model_are_white_and_as_large_as_their_noise(clean):
     errors = clean.named.errors[0][20:]
     np.testing.assert_allclose(errors.std(axis=0), clean.named.error_noise, rtol=0.1)
-    assert max(w.after for w in clean.whiteness) < 3
+    assert max(each.after for each in clean.autocorrelation) < 3
 
 
 def test_a_missing_delay_is_named_with_its_value(paper):

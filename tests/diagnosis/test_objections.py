@@ -86,7 +86,7 @@ def bounds(robot, field):
 def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, side, paper, driven):
     """However many tolerances that is: with 15 % of tolerance a bound may come before the guard of 4.5 of them."""
     rough = settings(ROUGH)
-    rough = replace(rough, lines=replace(rough.lines, beyond=1e9))
+    rough = replace(rough, thresholds=replace(rough.thresholds, max_shift=1e9))
     values = {f"{field}_factor": bounds(paper, f"{field}_factor")[end] for field in fields}
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, words=(ROUGH,))
     found = objections(hypothesis, largest_noise(paper), (), rough)

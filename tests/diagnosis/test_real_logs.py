@@ -49,7 +49,7 @@ def test_friction_is_named_without_a_gyro(paper):
     estimate = effect.parameters["torque"]
     assert "coulomb_friction" in (effect.name, *effect.equivalents)
     assert estimate.low95 < 0.1 < estimate.high95
-    assert [w.channel for w in found.whiteness] == ["tilt", "wheel_angle"]
+    assert [each.channel for each in found.autocorrelation] == ["tilt", "wheel_angle"]
     assert set(found.noise) == {"tilt", "wheel_angle"}
 
 

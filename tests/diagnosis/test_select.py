@@ -149,7 +149,7 @@ def test_a_set_that_is_not_better_than_the_nominal_model_shrinks_to_nothing(scor
 
 def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
     monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
-    sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.lines.least * 0.5}
+    sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.thresholds.min_effect_size * 0.5}
     trifle = hypothesis(
         500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
     )

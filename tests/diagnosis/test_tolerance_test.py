@@ -40,7 +40,7 @@ def scaled(**factors):
 
 def test_a_robot_within_its_tolerances_strains_nothing(paper):
     corner = scaled(body_mass=1.029, body_inertia=0.971, com_height=1.029, wheel_radius=0.971)
-    assert tolerance_statistic(*refitted(paper, corner), LIMITS) < 0.2 * SETTINGS.lines.strain
+    assert tolerance_statistic(*refitted(paper, corner), LIMITS) < 0.2 * SETTINGS.thresholds.max_tolerance_statistic
 
 
 def test_strain_is_what_a_bounded_fit_loses(paper):
@@ -64,7 +64,7 @@ def test_strain_is_what_a_bounded_fit_loses(paper):
     bounded = least_squares(errors, begin, bounds=(0.0, 1.0), diff_step=1e-4)
     unbounded = fit.white @ fit.white + np.sum(((fit.values - means) / sds)[~sheet] ** 2)
     found = tolerance_statistic(data, fit, LIMITS)
-    assert found > SETTINGS.lines.strain
+    assert found > SETTINGS.thresholds.max_tolerance_statistic
     assert found == pytest.approx(2.0 * bounded.cost - unbounded, rel=0.35)
 
 
@@ -75,7 +75,7 @@ def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
     found = name_effects([recording], paper, {}, candidates_for(paper), SETTINGS)
     assert found.verdict is Verdict.DATA_SHEET
     assert found.data_sheet_class == ("gain, mass and inertia",)
-    assert max(abs(shift.sigmas) for shift in found.data_sheet) < SETTINGS.lines.shift
+    assert max(abs(shift.sigmas) for shift in found.data_sheet) < SETTINGS.thresholds.min_reported_shift
 
 
 @pytest.mark.slow

@@ -35,5 +35,5 @@ def test_each_key_that_a_page_names_is_a_setting(page):
 
 
 def test_a_key_that_is_no_setting_is_seen():
-    assert is_known("link.timeout") and is_known("diagnosis.lines.*") and is_known("import.quantities.tilt.scale")
+    assert is_known("link.timeout") and is_known("diagnosis.thresholds.*") and is_known("import.quantities.tilt.scale")
     assert not is_known("link.time_out") and not is_known("course.segments.turn")

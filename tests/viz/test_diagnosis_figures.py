@@ -7,10 +7,10 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from twbal.core.palette import PALETTE
-from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
+from twbal.diagnosis.record import Gap, Region, ResidualAutocorrelation, Rival
 from twbal.diagnosis.where import AXES
 from twbal.viz.canvas import svg
-from twbal.viz.diagnosis_figures import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
+from twbal.viz.diagnosis_figures import autocorrelation_figure, disagreement_figure, gap_figure, rivals_figure
 
 CHANNELS = ("tilt", "tilt_rate")
 REGIONS = [
@@ -155,7 +155,7 @@ def test_figures_that_a_page_scales_to_its_width_keep_fonts_of_about_one_size():
     units = {"tilt": "rad", "tilt_rate": "rad/s"}
     figures = [
         rivals_figure([Rival(("a",), 1.0, 1.0, 1.0)], most=3),
-        whiteness_figure([Whiteness("tilt", 20.0, 1.2)], "with what was named"),
+        autocorrelation_figure([ResidualAutocorrelation("tilt", 20.0, 1.2)], "with what was named"),
         gap_figure(gaps, units, "with what was named"),
         disagreement_figure([Region("tilt", axis, -1.0, 0.0, 50, 0.2, 1.1) for axis in AXES], CHANNELS),
     ]
@@ -197,9 +197,11 @@ def test_the_floor_is_drawn_where_it_is_and_nothing_is_drawn_twice():
     assert panel.lines[-1].get_ydata()[1] == pytest.approx(0.006)
 
 
-def test_whiteness_stands_before_beside_after_and_begins_at_that_of_white_residuals():
+def test_autocorrelation_stands_before_beside_after_and_begins_at_that_of_white_residuals():
     """On a logarithmic axis a bar from its lower end would be long or short by where that end is."""
-    (panel,) = whiteness_figure([Whiteness("tilt", 20.0, 1.2), Whiteness("tilt_rate", 8.0, 0.1)], None).axes
+    (panel,) = autocorrelation_figure(
+        [ResidualAutocorrelation("tilt", 20.0, 1.2), ResidualAutocorrelation("tilt_rate", 8.0, 0.1)], None
+    ).axes
     assert panel.get_yscale() == "log"
     assert {bar.get_y() for bar in panel.patches} == {1.0}
     ends = [bar.get_y() + bar.get_height() for bar in panel.patches]
@@ -214,7 +216,7 @@ def test_a_refit_has_one_colour_in_the_pictures_of_a_diagnosis():
     for after, line in ((None, "data sheet refitted"), ("with what was named", "with what was named")):
         (gap,) = gap_figure(gaps, {"tilt": "rad"}, after).axes
         colours = {drawn.get_label(): drawn.get_color() for drawn in gap.lines}
-        (panel,) = whiteness_figure([Whiteness("tilt", 20.0, 1.2)], after).axes
+        (panel,) = autocorrelation_figure([ResidualAutocorrelation("tilt", 20.0, 1.2)], after).axes
         assert to_rgb(panel.patches[-1].get_facecolor()) == to_rgb(colours[line])
 
 

@@ -19,10 +19,10 @@ from twbal.diagnosis.record import (
     ProbableEffect,
     Region,
     Remaining,
+    ResidualAutocorrelation,
     Rival,
     Shift,
     Verdict,
-    Whiteness,
 )
 from twbal.diagnosis.settings import Credence
 from twbal.viz.canvas import svg
@@ -57,7 +57,7 @@ NAMED = Diagnosis(
         Gap("tilt", 0.15, 0.02, 0.012, 0.008, 0.004, 0.75, 0.004, -3.0),
     ),
     held_out=("trial_000, 30-40 s",),
-    whiteness=(Whiteness("tilt", 9.0, 1.1), Whiteness("tilt_rate", 4.0, 1.2)),
+    autocorrelation=(ResidualAutocorrelation("tilt", 9.0, 1.1), ResidualAutocorrelation("tilt_rate", 4.0, 1.2)),
     noise={"tilt": 0.003},
     advice=("Friction <hides> behind speed.",),
 )
@@ -85,7 +85,11 @@ def test_the_json_has_the_fields_that_other_programs_read(tmp_path):
     assert gap["all"][0]["noise_floor"] == 0.003
     assert gap["metric"] == "rms error of tilt after 0.15 s"
     assert gap["held_out"] == ["trial_000, 30-40 s"]
-    assert (record["whiteness"]["before"], record["whiteness"]["after"]) == (9.0, 1.2)
+    left = record["whiteness"]  # the key of schema 2 for the residual autocorrelation
+    assert (left["before"], left["after"]) == (9.0, 1.2)
+    assert left["channels"][0] == {"channel": "tilt", "before": 9.0, "after": 1.1}
+    assert [rival["whiteness"] for rival in record["rivals"]] == [1.1, 9.0]
+    assert "autocorrelation" not in json.dumps(record)
 
 
 def test_a_diagnosis_without_a_gap_is_still_whole(tmp_path):

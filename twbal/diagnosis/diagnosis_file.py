@@ -11,6 +11,9 @@ from twbal.diagnosis.record import CHANCE, Diagnosis, Verdict
 SCHEMA = 2
 """Of `diagnosis.json`. In schema 1, `effects` were the named ones only, and nothing said what remains."""
 
+_KEYS = {"autocorrelation": "whiteness"}
+"""Fields that have another name in `diagnosis.json`, which is that of schema 2."""
+
 
 def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
     """What is in a `diagnosis.json`."""
@@ -30,10 +33,16 @@ def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
     gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}
     if head is not None:
         gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"
-    record: dict[str, Any] = encoded(diagnosis)
+    record = _with_keys(encoded(diagnosis))
+    record["rivals"] = [_with_keys(rival) for rival in record["rivals"]]
     gap |= {"held_out": record.pop("held_out"), "added": record.pop("added"), "all": record["gap"]}
-    worst = {kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")}
+    found = diagnosis.autocorrelation
+    worst = {kind: max((getattr(each, kind) for each in found), default=None) for kind in ("before", "after")}
     return {"schema": SCHEMA} | record | {"gap": gap, "whiteness": {**worst, "channels": record["whiteness"]}}
+
+
+def _with_keys(record: dict[str, Any]) -> dict[str, Any]:
+    return {_KEYS.get(name, name): value for name, value in record.items()}
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:

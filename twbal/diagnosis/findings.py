@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.model_comparison import ModelComparison
-from twbal.diagnosis.record import DetectionPower, ProbableEffect, Rival, Shift, Verdict, Whiteness
+from twbal.diagnosis.record import DetectionPower, ProbableEffect, ResidualAutocorrelation, Rival, Shift, Verdict
 from twbal.sysid.noise import NoiseModel
 
 Effects = Mapping[str, Mapping[str, float]]
@@ -92,7 +92,7 @@ class Findings:
         data_sheet: shifts of the free data-sheet parameters, the largest first.
         data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
         rivals: all sets that were fitted, the best first.
-        whiteness: per channel.
+        autocorrelation: of the residuals, per channel.
         is_autocorrelated: whether what is left has more memory than noise has, beyond the limit of an objection.
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
@@ -114,7 +114,7 @@ class Findings:
     data_sheet: tuple[Shift, ...]
     data_sheet_class: tuple[str, ...]
     rivals: tuple[Rival, ...]
-    whiteness: tuple[Whiteness, ...]
+    autocorrelation: tuple[ResidualAutocorrelation, ...]
     is_autocorrelated: bool
     noise: Mapping[str, float]
     advice: tuple[str, ...]

@@ -31,7 +31,14 @@ from twbal.diagnosis.objections import (
 )
 from twbal.diagnosis.power import detection_power
 from twbal.diagnosis.probable import Weights, outweighed, probable_effects
-from twbal.diagnosis.record import LIKELY, DetectionPower, ProbableEffect, Rival, Verdict, Whiteness
+from twbal.diagnosis.record import (
+    LIKELY,
+    DetectionPower,
+    ProbableEffect,
+    ResidualAutocorrelation,
+    Rival,
+    Verdict,
+)
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
@@ -101,7 +108,7 @@ def name_effects(
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
-    inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
+    inconstant = inconstant_effects(data, selection.chosen, settings.thresholds.max_size_difference)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     extent = extent_of(recordings, robot)
@@ -120,7 +127,7 @@ def name_effects(
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, statistic, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
-        whiteness=whiteness_of(data, nominal, named.fit.model),
+        autocorrelation=autocorrelation_of(data, nominal, named.fit.model),
         is_autocorrelated=named.autocorrelation > autocorrelation_limit(data.count, settings),
         noise=sensed_values(data, named.fit.model.noise.sensors),
         advice=advise(selection, objected, statistic, power, verdict, settings),
@@ -277,10 +284,10 @@ def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 
-def whiteness_of(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]:
-    """Per channel, by the simulation as it is and with what was found."""
-    colours = []
+def autocorrelation_of(data: Data, before: Model, after: Model) -> tuple[ResidualAutocorrelation, ...]:
+    """Of the residuals, per channel, by the simulation as it is and with what was found."""
+    found = []
     for model in (before, after):
         kalman = data.filter(model)
-        colours.append(sensed_values(data, data.autocorrelation(data.errors(model, kalman), kalman)))
-    return tuple(Whiteness(name, colours[0][name], colours[1][name]) for name in colours[0])
+        found.append(sensed_values(data, data.autocorrelation(data.errors(model, kalman), kalman)))
+    return tuple(ResidualAutocorrelation(name, found[0][name], found[1][name]) for name in found[0])

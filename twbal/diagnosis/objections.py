@@ -136,7 +136,7 @@ def to_bounds(chosen: FittedHypothesis, passed_over: Collection[str] = ()) -> It
 
 def autocorrelation_limit(instants: int, settings: Settings) -> float:
     """Autocorrelation of residuals at so many instants from which on something is left that nothing explains."""
-    return 1.0 + (settings.lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0)
+    return 1.0 + (settings.thresholds.max_autocorrelation - 1.0) * max(instants / _INSTANTS, 1.0)
 
 
 def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
@@ -162,7 +162,11 @@ def pulls_the_data_sheet(chosen: FittedHypothesis, settings: Settings) -> bool:
 
 def negligible(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Candidate, ...]:
     """Effects of a set that are too small to be named, however sure the data are of them."""
-    return tuple(candidate for candidate in hypothesis.effects if hypothesis.size_of(candidate) < settings.lines.least)
+    return tuple(
+        candidate
+        for candidate in hypothesis.effects
+        if hypothesis.size_of(candidate) < settings.thresholds.min_effect_size
+    )
 
 
 def with_values(hypothesis: FittedHypothesis, candidates: Iterable[Candidate]) -> str:
@@ -184,9 +188,9 @@ def _to_a_discrepancy(noise: NoiseModel, largest: NoiseModel, settings: Settings
     """To "nothing is missing" where a model discrepancy, larger than that of a right model, stands for what is."""
     found, sigmas = [], discrepancy_sigmas(noise, largest)
     for i, (what, unit) in _DISCREPANCY.items():
-        if sigmas[i] > settings.lines.discrepancy:
+        if sigmas[i] > settings.thresholds.max_discrepancy:
             level = noise.discrepancy[i]
-            limit = settings.lines.discrepancy * level / sigmas[i]
+            limit = settings.thresholds.max_discrepancy * level / sigmas[i]
             said = f"The data ask for a {what} of {level:.2g} {unit} that no effect explains; "
             found.append(Objection(f"{said}the limit is {limit:.2g} {unit}."))
     return found
@@ -197,7 +201,7 @@ def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:
     trifles = negligible(chosen, settings)
     if not trifles or len(trifles) < len(chosen.effects):
         return []
-    least = f"less than {settings.lines.least:.0%} of its usual size"
+    least = f"less than {settings.thresholds.min_effect_size:.0%} of its usual size"
     said = f"All that the data ask for is {with_values(chosen, trifles)}: negligible, {least}."
     return [Objection(said, tuple(candidate.name for candidate in trifles))]
 
@@ -249,7 +253,7 @@ def _to_the_data_sheet(
         for name, (factor, side) in bounded.items()
     ]
     for shift in shifts_of(chosen, settings):
-        if abs(shift.sigmas) > settings.lines.beyond and shift.name not in {*chosen.names, *bounded}:
+        if abs(shift.sigmas) > settings.thresholds.max_shift and shift.name not in {*chosen.names, *bounded}:
             found.append(
                 f"The best guess needs a {spaced(shift.name)} of {shift.factor:.2g} times the data sheet's, "
                 f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."

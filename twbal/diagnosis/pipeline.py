@@ -203,7 +203,7 @@ def free_form_inputs(
         always_free(tolerances, planar, len(comparison.data.recordings)),
         kept_back,
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
-        float(np.hypot(settings.lines.form, tolerances.data_sheet)),
+        float(np.hypot(settings.thresholds.form_error, tolerances.data_sheet)),
     )
 
 
@@ -283,7 +283,7 @@ def _diagnosis(
         where=disagreement(found.named, split.fitted, data.bins, found.nominal_errors),
         gap=gaps,
         held_out=split.names,
-        whiteness=found.whiteness,
+        autocorrelation=found.autocorrelation,
         noise=found.noise,
         advice=found.advice,
         power=found.power,

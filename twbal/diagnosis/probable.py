@@ -28,7 +28,7 @@ from twbal.sysid.model import Data
 from twbal.sysid.prediction_error_fit import slopes_of
 
 _TRIFLE = 0.5
-"""Share of `lines.least`, the least size of an effect that is named. Smaller ones are seldom true on other robots."""
+"""Share of `thresholds.min_effect_size`. Smaller effects are seldom true on other robots."""
 
 Weights = Mapping[tuple[str, ...], float]
 """Probability of each set of effects that was fitted, by its names, as sets compare with each other."""
@@ -77,7 +77,7 @@ def probable_effects(
                 ProbableEffect(
                     name=candidate.name,
                     probability=probability_of(candidate, weights, near, chosen.names)
-                    * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.lines.least)
+                    * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.thresholds.min_effect_size)
                     * credence(candidate.name, [*objected, *own], settings.credence),
                     is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
                     parameters=sizes[candidate.name],
@@ -100,7 +100,7 @@ def outweighed(selection: Selection, weights: Weights, settings: Settings) -> li
         near = substitutes(candidate, chosen, selection.rounds, settings)
         without = {n: w for n, w in weights.items() if not counts_for(candidate, n, near, chosen.names)}
         total = sum(without.values())
-        if total > 1.0 - LIKELY and chosen.size_of(candidate) >= settings.lines.least:
+        if total > 1.0 - LIKELY and chosen.size_of(candidate) >= settings.thresholds.min_effect_size:
             best = max(without, key=lambda names: without[names])
             what = ", ".join(map(spaced, best)) or "the data sheet refitted"
             text = f"Sets of effects without the {spaced(candidate.name)} are together likelier ({total:.0%}); the "
@@ -183,7 +183,7 @@ def estimates(
             field = candidate.field(p)
             value = hypothesis.fit.model.value(field)
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
-            form = max(settings.lines.form, p.form) * (p.size(value) if p in candidate.sizes else value)
+            form = max(settings.thresholds.form_error, p.form) * (p.size(value) if p in candidate.sizes else value)
             error = float(np.sqrt(by_field[field] ** 2 + form**2 + timing**2))
             found[candidate.name][p.name] = Estimate(value, *interval(value, error), p.unit)
     return found

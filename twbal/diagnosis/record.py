@@ -154,13 +154,13 @@ class Rival(NamedTuple):
         names: effects it holds, sorted; () is the data sheet refitted.
         score: twice the log likelihood it gains over the data sheet alone, less its parameters' price [nats].
         probability: calibrated.
-        whiteness: of the residuals it leaves; 1 is white.
+        autocorrelation: of the residuals it leaves; 1 is that of white ones.
     """
 
     names: tuple[str, ...]
     score: float
     probability: float
-    whiteness: float
+    autocorrelation: float
 
 
 class Shift(NamedTuple):
@@ -305,7 +305,7 @@ class Gap(NamedTuple):
         return change / (self.before - self.noise_floor) if known else None
 
 
-class Whiteness(NamedTuple):
+class ResidualAutocorrelation(NamedTuple):
     """Residual autocorrelation of a channel's one-step residuals; 1 is what white residuals have.
 
     Attributes:
@@ -335,7 +335,7 @@ class Diagnosis:
         where: regions of disagreement by the data sheet, the largest first.
         gap: per channel and horizon on held-out data.
         held_out: names of the episodes (or stretches of them) it was measured on.
-        whiteness: per channel.
+        autocorrelation: of the residuals, per channel.
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
         next_experiment: that is expected to tell most of what is left open; None where nothing is, or none is offered.
@@ -358,7 +358,7 @@ class Diagnosis:
     where: tuple[Region, ...]
     gap: tuple[Gap, ...]
     held_out: tuple[str, ...]
-    whiteness: tuple[Whiteness, ...]
+    autocorrelation: tuple[ResidualAutocorrelation, ...]
     noise: Mapping[str, float]
     advice: tuple[str, ...]
     next_experiment: NextExperiment | None = None

@@ -206,7 +206,7 @@ def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypot
         return False
     if at_once.at_bound and chosen.candidates and not chosen.at_bound:
         return False
-    margin = settings.lines.score * min(at_once.autocorrelation, settings.lines.whiteness)
+    margin = settings.thresholds.min_score * min(at_once.autocorrelation, settings.thresholds.max_autocorrelation)
     return at_once.bic < chosen.bic + margin or bool(chosen.at_bound and not at_once.at_bound)
 
 
@@ -295,15 +295,15 @@ def _redundant(
     problem: Problem, chosen: FittedHypothesis, lighter: Sequence[FittedHypothesis]
 ) -> list[FittedHypothesis]:
     """Of a set without each of its candidates, in their order, those in which nothing is lost that is worth naming."""
-    settings, lines = problem.settings, problem.settings.lines
-    autocorrelation = min(chosen.autocorrelation, lines.whiteness)
+    settings, thresholds = problem.settings, problem.settings.thresholds
+    autocorrelation = min(chosen.autocorrelation, thresholds.max_autocorrelation)
     too_many = len(chosen.effects) > settings.max_effects
     return [
         less
         for less, candidate in zip(lighter, chosen.candidates, strict=True)
-        if (less.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
+        if (less.bic - chosen.bic) / autocorrelation < _min_score(candidate, settings)
         or too_many
-        or chosen.size_of(candidate) < lines.least
+        or chosen.size_of(candidate) < thresholds.min_effect_size
     ]
 
 
@@ -347,7 +347,7 @@ def substitutes(
     for w in (w for step in rounds for w in step.hypotheses):
         others = set(w.names) - rest
         swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
-        alike = abs(w.bic - chosen.bic) / chosen.compared_by < settings.lines.margin
+        alike = abs(w.bic - chosen.bic) / chosen.compared_by < settings.thresholds.equivalence_margin
         if swapped and alike and not w.overriding:
             found.extend(others)
     return found
@@ -360,14 +360,14 @@ def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Setti
     more than that at which nothing is named anyway, as another effect may still take it away. What is negligible is not
     named, however sure it is: it stands for some trifle of the robot's form.
     """
-    lines = settings.lines
-    gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, lines.whiteness)
-    return gain >= _threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
+    thresholds = settings.thresholds
+    gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, thresholds.max_autocorrelation)
+    return gain >= _min_score(hypothesis.candidates[-1], settings) and hypothesis.size >= thresholds.min_effect_size
 
 
-def _threshold(candidate: Candidate, settings: Settings) -> float:
+def _min_score(candidate: Candidate, settings: Settings) -> float:
     """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
-    return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
+    return settings.thresholds.min_data_sheet_score if candidate.in_data_sheet else settings.thresholds.min_score
 
 
 def adds_enough(
@@ -384,12 +384,14 @@ def adds_enough(
         settings: of the diagnosis.
     """
     gain = base.bic - hypothesis.bic
-    return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)
+    return not base.effects or gain >= settings.thresholds.min_gain_share * (first.bic - base.bic)
 
 
 def is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
-    negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
+    negligible = any(
+        hypothesis.size_of(candidate) < settings.thresholds.min_effect_size for candidate in hypothesis.candidates
+    )
     return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
 
 
@@ -400,6 +402,9 @@ def best_inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, s
     """
     passing = [w for w in passing if not w.overriding] or passing
     best = passing[0]
-    handicap = max(3.0 * settings.lines.score * best.autocorrelation, settings.lines.share * (before.bic - best.bic))
+    handicap = max(
+        3.0 * settings.thresholds.min_score * best.autocorrelation,
+        settings.thresholds.min_gain_share * (before.bic - best.bic),
+    )
     found = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
     return found[0] if found else best

@@ -1,4 +1,4 @@
-"""What a diagnosis takes for granted, and where it draws its lines."""
+"""What a diagnosis takes for granted, and its thresholds."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,7 +19,7 @@ class Tolerances:
 
     Attributes:
         data_sheet: of each factor on a data-sheet value that is published; and the limits beyond which it is off
-            (`strain`).
+            (`max_tolerance_statistic`).
         rough: that of a value of which hardly anything is known; none that follows from a provenance is larger.
         imu_timing: by which the IMU may be late, one-sided [s].
         angle_timing: by which angles may be read before or after rates [s].
@@ -46,37 +46,42 @@ class Tolerances:
 
 
 @dataclass(frozen=True)
-class Lines:
+class Thresholds:
     """Where decisions are made.
 
+    A score is the gain in -2 log likelihood less the BIC penalty, over the residual autocorrelation that is left: the
+    Ljung-Box statistic of the residuals over its expectation, 1 for white ones.
+
     Attributes:
-        score: of a candidate, over the whiteness it leaves, from which on it is named.
-        sheet: the same for a value of the data sheet that is off.
-        share: of what the effects named so far gain, that another one must gain beside them.
-        least: of the start values of its parameters that an effect must have to be named.
-        whiteness: left after the fix, above which nothing in the library explains the gap.
-        discrepancy: of a model without further effects, in standard deviations of its prior, from which on something is
-            missing.
-        strain: gain over whiteness of a data sheet that may leave its tolerances, from which on it is off.
-        shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
-        beyond: shift of a data-sheet value, in standard deviations, that is no finding any more.
-        steady: share of its size by which a named effect may differ between two halves of the data.
-        form: share of its size by which an effect's parameter may be off, as a robot's own form of it is never ours.
-        margin: in score over whiteness, within which a rival counts as an equivalent.
+        min_score: of a candidate, from which on it is named.
+        min_data_sheet_score: the same for a value of the data sheet that is off.
+        min_gain_share: of what the effects named so far gain, that another one must gain beside them.
+        min_effect_size: of the start values of its parameters, that an effect must have to be named.
+        max_autocorrelation: of residuals after the fix, above which nothing in the library explains the gap.
+        max_discrepancy: of a model without further effects, in standard deviations of its prior, from which on
+            something is missing.
+        max_tolerance_statistic: gain, over the residual autocorrelation, of a data sheet that may leave its tolerances,
+            from which on it is off.
+        min_reported_shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
+        max_shift: of a data-sheet value, in standard deviations, beyond which it is no finding any more.
+        max_size_difference: share of its size by which a named effect may differ between two halves of the data.
+        form_error: share of its size by which an effect's parameter may be off, as a robot's own form of it is never
+            ours.
+        equivalence_margin: in score, within which a rival counts as an equivalent.
     """
 
-    score: float
-    sheet: float
-    share: float
-    least: float
-    whiteness: float
-    discrepancy: float
-    strain: float
-    shift: float
-    beyond: float
-    steady: float
-    form: float
-    margin: float
+    min_score: float
+    min_data_sheet_score: float
+    min_gain_share: float
+    min_effect_size: float
+    max_autocorrelation: float
+    max_discrepancy: float
+    max_tolerance_statistic: float
+    min_reported_shift: float
+    max_shift: float
+    max_size_difference: float
+    form_error: float
+    equivalence_margin: float
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,7 @@ class Settings:
 
     Attributes:
         tolerances: of what is always free.
-        lines: where decisions are made.
+        thresholds: where decisions are made.
         substeps: physics steps of a control period, at most; more only where viscous friction makes the joints stiff.
         shortlist: candidates that are fitted in each round.
         common_effects: names of effects that most robots have: a search begins with all of these at once too.
@@ -116,7 +121,7 @@ class Settings:
     """
 
     tolerances: Tolerances
-    lines: Lines
+    thresholds: Thresholds
     substeps: int
     shortlist: int
     common_effects: Sequence[str]

@@ -87,14 +87,14 @@ def allowed_differences(problem: Problem, chosen: FittedHypothesis) -> Mapping[F
     Of what is fitted, as the robot's form of an effect is not ours; of effects that the set does not have, the least
     size that is worth naming.
     """
-    model, lines = chosen.fit.model, problem.settings.lines
-    found: dict[Field, float] = {field: lines.form * abs(model.value(field)) for field in DATA_SHEET}
+    model, thresholds = chosen.fit.model, problem.settings.thresholds
+    found: dict[Field, float] = {field: thresholds.form_error * abs(model.value(field)) for field in DATA_SHEET}
     for candidate in problem.candidates:
         for p in candidate.parameters:
             if candidate.name in chosen.names:
-                found[candidate.field(p)] = lines.form * abs(p.size(model.value(candidate.field(p))))
+                found[candidate.field(p)] = thresholds.form_error * abs(p.size(model.value(candidate.field(p))))
             elif not candidate.in_data_sheet:
-                found[candidate.field(p)] = lines.least * abs(p.start - p.none)
+                found[candidate.field(p)] = thresholds.min_effect_size * abs(p.start - p.none)
     return found
 
 
@@ -118,12 +118,12 @@ def _far(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
     """Values of the data sheet that are named, or else those that are far off."""
     shifts = shifts_of(hypothesis, settings)
     named = tuple(shift for shift in shifts if shift.name in hypothesis.names)
-    return named or tuple(shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift)
+    return named or tuple(shift for shift in shifts if abs(shift.sigmas) > settings.thresholds.min_reported_shift)
 
 
 def exceeds_tolerances(hypothesis: FittedHypothesis, statistic: float, settings: Settings) -> bool:
     """Whether no values of the data sheet within their tolerances explain the data, for this autocorrelation."""
-    return statistic / hypothesis.autocorrelation > settings.lines.strain
+    return statistic / hypothesis.autocorrelation > settings.thresholds.max_tolerance_statistic
 
 
 def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:

@@ -19,7 +19,7 @@ from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
-from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
+from twbal.diagnosis.name import autocorrelation_of, first_noise, sensed_values
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.wheel_turns import WINDOW, Turns, windows_of
@@ -107,7 +107,7 @@ def identify_friction(
     base, *forms = [_fit(turns, planar, candidate, tolerance) for candidate in (None, *forms_tried)]
     stronger = _fit(turns, planar, None, np.inf)  # motors of any strength
     least = min(form.misfit for form in (base, *forms))
-    near = [form for form in forms if form.misfit - least < settings.lines.margin]
+    near = [form for form in forms if form.misfit - least < settings.thresholds.equivalence_margin]
     chosen = near[0] if near else base
     verdict = _verdict(turns, planar, base, chosen, settings)
     best = chosen if verdict is Verdict.NAMED else base
@@ -132,7 +132,7 @@ def identify_friction(
             Rival(form.names, base.misfit - form.misfit, weights[form.names], 1.0)
             for form in sorted((base, *forms), key=lambda form: form.misfit)
         ),
-        whiteness=whiteness_of(data, nominal, named),
+        autocorrelation=autocorrelation_of(data, nominal, named),
         is_autocorrelated=False,  # wheels in the air are judged by windows
         noise=sensed_values(data, named.noise.sensors),
         advice=_advice(turns, stronger, chosen, near, verdict, settings),
@@ -202,14 +202,14 @@ def _verdict(
     turns: Turns, planar: PlanarParameters, base: _FrictionFit, chosen: _FrictionFit, settings: Settings
 ) -> Verdict:
     """What the fits come to."""
-    lines = settings.lines
+    thresholds = settings.thresholds
     shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
-    if chosen.candidate and base.misfit - chosen.misfit > lines.score:
+    if chosen.candidate and base.misfit - chosen.misfit > thresholds.min_score:
         before = float(np.sqrt(np.mean(turns.off_by(planar) ** 2)))
         return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.at_bound else Verdict.UNKNOWN
-    if shift > lines.beyond:
+    if shift > thresholds.max_shift:
         return Verdict.UNKNOWN
-    if shift > lines.shift:
+    if shift > thresholds.min_reported_shift:
         return Verdict.DATA_SHEET
     return Verdict.NONE
 
@@ -233,7 +233,7 @@ def _probable(
     if chosen.candidate is None:
         return ()
     (parameter,) = chosen.candidate.parameters
-    error = float(np.hypot(chosen.error, settings.lines.form * chosen.value))
+    error = float(np.hypot(chosen.error, settings.thresholds.form_error * chosen.value))
     estimate = Estimate(chosen.value, *interval(chosen.value, error), parameter.unit)
     credence = settings.credence.objected_set if verdict is Verdict.UNKNOWN else 1.0
     effect = ProbableEffect(
@@ -266,7 +266,7 @@ def _advice(
         ]
         found.append(f"Each of these alone would do: {', '.join(values)}. {SEPARATE_BY}")
     off = abs(stronger.strength - 1.0) / settings.tolerances.of(_GAIN)
-    does_as_well = stronger.misfit - chosen.misfit < settings.lines.margin
+    does_as_well = stronger.misfit - chosen.misfit < settings.thresholds.equivalence_margin
     if verdict in (Verdict.NAMED, Verdict.UNKNOWN) and does_as_well and off > 1.0:
         found.append(
             f"So would motors of {stronger.strength:.2g} times the simulation's torque do, {off:.0f} tolerances off: "

@@ -10,7 +10,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
-from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
+from twbal.diagnosis.record import Gap, Region, ResidualAutocorrelation, Rival
 from twbal.viz.canvas import aslant, legend, logarithmic, over_horizons, panels, short, shown, styled
 from twbal.viz.map_axes import AXES, DIRECTION, direction_text, edge_texts
 
@@ -122,23 +122,23 @@ def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None)
 
 
 @styled
-def whiteness_figure(whiteness: Sequence[Whiteness], after: str | None) -> Figure:
+def autocorrelation_figure(found: Sequence[ResidualAutocorrelation], after: str | None) -> Figure:
     """Draw the residual autocorrelation of each channel, before and after; bars begin at 1, which is white.
 
     Args:
-        whiteness: of each channel.
+        found: of each channel.
         after: what was added to the data sheet refitted; None where nothing was.
     """
     figure, (panel,) = panels(1, columns=1, width=_WIDE, height=2.7)
-    places = np.arange(len(whiteness))
+    places = np.arange(len(found))
     fitted = (after, PREDICTED) if after else ("data sheet refitted", MUTED)
-    values = [w.before for w in whiteness], [w.after for w in whiteness]
-    for aside, each, (name, colour) in zip((-0.2, 0.2), values, (("data sheet", REAL), fitted), strict=True):
-        above = [value - 1.0 for value in each]
+    values = [each.before for each in found], [each.after for each in found]
+    for aside, heights, (name, colour) in zip((-0.2, 0.2), values, (("data sheet", REAL), fitted), strict=True):
+        above = [value - 1.0 for value in heights]
         bars = panel.bar(places + aside, above, 0.38, bottom=1.0, color=colour.light, label=name)
-        panel.bar_label(bars, [short(value) for value in each], padding=2)
+        panel.bar_label(bars, [short(value) for value in heights], padding=2)
     panel.axhline(1.0, color=INK.light, linestyle=":", linewidth=1.2)
-    panel.set_xticks(places, [w.channel.replace("_", " ") for w in whiteness])
+    panel.set_xticks(places, [each.channel.replace("_", " ") for each in found])
     panel.set_ylim(_SPARE * min(1.0, *map(min, values)), max(1.0, *map(max, values)) / _SPARE)
     logarithmic(panel, "y")
     panel.grid(visible=False, axis="x")

@@ -65,6 +65,35 @@ def test_an_old_setting_is_one_error_that_says_the_new_one(words, old, now, caps
     )
 
 
+@pytest.mark.parametrize(
+    ("old", "now"),
+    [
+        ("score", "min_score"),
+        ("sheet", "min_data_sheet_score"),
+        ("share", "min_gain_share"),
+        ("least", "min_effect_size"),
+        ("whiteness", "max_autocorrelation"),
+        ("discrepancy", "max_discrepancy"),
+        ("strain", "max_tolerance_statistic"),
+        ("shift", "min_reported_shift"),
+        ("beyond", "max_shift"),
+        ("steady", "max_size_difference"),
+        ("form", "form_error"),
+        ("margin", "equivalence_margin"),
+    ],
+)
+@pytest.mark.parametrize("plus", ["", "+", "++"])
+def test_each_old_threshold_of_a_diagnosis_is_one_error_that_says_the_new_one(plus, old, now, capsys):
+    said = refusal(capsys, "diagnose", "episodes=e", f"{plus}diagnosis.lines.{old}=1")
+    now = f"diagnosis.thresholds.{now}"
+    assert said == f"twbal: error: diagnose has no setting 'diagnosis.lines.{old}' any more: it is called {now!r} now."
+
+
+def test_the_thresholds_by_their_old_group_are_one_error_that_says_the_new_one(capsys):
+    said = refusal(capsys, "diagnose", "episodes=e", "diagnosis.lines={}")
+    assert said.endswith("no setting 'diagnosis.lines' any more: it is called 'diagnosis.thresholds' now.")
+
+
 def test_an_old_setting_that_may_be_a_slip_for_another_one_names_both(capsys):
     said = refusal(capsys, "iterate", "update=2")
     assert said.endswith("it is called 'model_update' now. Or did you mean 'updates'?")

@@ -162,8 +162,8 @@ def diagnosis_measures(
     for effect in found.named_effects:
         for name, estimate in effect.parameters.items():
             measures[f"diagnosis/{effect.name}/{name}"] = estimate.value
-    for whiteness in found.whiteness:
-        measures[f"diagnosis/whiteness/{whiteness.channel}"] = whiteness.after
+    for each in found.autocorrelation:
+        measures[f"diagnosis/whiteness/{each.channel}"] = each.after  # its name in stored baselines
     return measures
 
 

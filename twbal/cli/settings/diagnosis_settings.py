@@ -14,18 +14,30 @@ DIAGNOSIS = (
     Setting("diagnosis.tolerances.imu_timing", Number(1e-9, 1.0, "s"), "sd by which the IMU may be late"),
     Setting("diagnosis.tolerances.angle_timing", Number(1e-9, 1.0, "s"), "sd of angles read before or after rates"),
     Setting("diagnosis.tolerances.tilt_offset", Number(0.0, 1.5, "rad"), "sd of each recording's tilt; 0: no offset"),
-    Setting("diagnosis.lines.score", _SCORE, "score from which an effect is named"),
-    Setting("diagnosis.lines.sheet", _SCORE, "score from which a data-sheet value is off"),
-    Setting("diagnosis.lines.share", _SHARE, "least gain of one more effect, as a share of the gain so far"),
-    Setting("diagnosis.lines.least", _SHARE, "least size of an effect, as a share of its start values"),
-    Setting("diagnosis.lines.whiteness", _SCORE, "residual autocorrelation above which nothing is named"),
-    Setting("diagnosis.lines.discrepancy", _DEVIATIONS, "model discrepancy from which something is missing [sd]"),
-    Setting("diagnosis.lines.shift", _DEVIATIONS, "deviation of a data-sheet value that is reported [sd]"),
-    Setting("diagnosis.lines.strain", _SCORE, "gain beyond the tolerances from which the sheet is off"),
-    Setting("diagnosis.lines.beyond", _DEVIATIONS, "deviation from which the verdict is unknown [sd]"),
-    Setting("diagnosis.lines.steady", _SHARE, "largest difference of a size between halves of the data"),
-    Setting("diagnosis.lines.form", _SHARE, "share of an effect's size that widens intervals"),
-    Setting("diagnosis.lines.margin", _SCORE, "score within which a rival is an equivalent"),
+    Setting("diagnosis.thresholds.min_score", _SCORE, "score from which an effect is named"),
+    Setting("diagnosis.thresholds.min_data_sheet_score", _SCORE, "score from which a data-sheet value is off"),
+    Setting(
+        "diagnosis.thresholds.min_gain_share", _SHARE, "least gain of one more effect, as a share of the gain so far"
+    ),
+    Setting("diagnosis.thresholds.min_effect_size", _SHARE, "least size of an effect, as a share of its start values"),
+    Setting(
+        "diagnosis.thresholds.max_autocorrelation", _SCORE, "residual autocorrelation above which nothing is named"
+    ),
+    Setting(
+        "diagnosis.thresholds.max_discrepancy", _DEVIATIONS, "model discrepancy from which something is missing [sd]"
+    ),
+    Setting(
+        "diagnosis.thresholds.min_reported_shift", _DEVIATIONS, "deviation of a data-sheet value that is reported [sd]"
+    ),
+    Setting(
+        "diagnosis.thresholds.max_tolerance_statistic", _SCORE, "gain beyond the tolerances from which the sheet is off"
+    ),
+    Setting("diagnosis.thresholds.max_shift", _DEVIATIONS, "deviation from which the verdict is unknown [sd]"),
+    Setting(
+        "diagnosis.thresholds.max_size_difference", _SHARE, "largest difference of a size between halves of the data"
+    ),
+    Setting("diagnosis.thresholds.form_error", _SHARE, "share of an effect's size that widens intervals"),
+    Setting("diagnosis.thresholds.equivalence_margin", _SCORE, "score within which a rival is an equivalent"),
     Setting("diagnosis.substeps", Whole(1, 10_000), "physics steps of a control period, at most"),
     Setting("diagnosis.shortlist", Whole(1, 1000), "number of candidates that are fitted in each round"),
     Setting("diagnosis.common_effects", _EFFECTS, "effects that a search also begins with"),

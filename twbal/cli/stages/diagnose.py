@@ -23,7 +23,7 @@ from twbal.diagnosis.record import Diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
-from twbal.viz.diagnosis_figures import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
+from twbal.viz.diagnosis_figures import autocorrelation_figure, disagreement_figure, gap_figure, rivals_figure
 from twbal.viz.diagnosis_page import DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
 from twbal.viz.headline import effect_lines, headline_text
@@ -162,7 +162,7 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[dict[str, str], list[Path
         "where": disagreement_figure(diagnosis.where, tuple(diagnosis.noise)),
         "rivals": rivals_figure(diagnosis.rivals, _MOST_RIVALS) if any(r.names for r in diagnosis.rivals) else None,
         "gap": gap_figure(diagnosis.gap, _UNITS, diagnosis.after) if diagnosis.gap else None,
-        "whiteness": whiteness_figure(diagnosis.whiteness, diagnosis.after),
+        "whiteness": autocorrelation_figure(diagnosis.autocorrelation, diagnosis.after),
         "free_form": free_form_figure(diagnosis.free_form[0]) if diagnosis.free_form else None,
     }
     texts = {name: svg(figure) for name, figure in figures.items() if figure is not None}
