@@ -22,6 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # `benchmarks` is not installed
 
 from benchmarks.agreement.tables import agreement  # noqa: E402
+from benchmarks.calibration.tables import calibration_table  # noqa: E402
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.effects_shown.tables import effects_shown  # noqa: E402
@@ -68,7 +69,7 @@ PAGES = (
     ROOT / "README.md",
     *(
         ROOT / "docs" / f"{name}.md"
-        for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
+        for name in ("diagnose", "methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
     ),
 )
 
@@ -150,6 +151,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "missed": missed,
     "mending": mending,
     **OTHER_ROBOTS,
+    "calibration": calibration_table,
     "effects_shown": effects_shown,
     **WHAT_NEXT,
     "agreement": agreement,

@@ -45,6 +45,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         }  # fmt: skip
     said = [
         {"name": e["name"], "probability": round(e["probability"], 4), "right": is_there(e, [*there, *filtered])}
+        | ({"uncalibrated": round(e["uncalibrated"], 6), "objected": e["objected"]} if "objected" in e else {})
         for e in diagnosis["effects"]
     ]
     sure = dict.fromkeys(there, 0.0)

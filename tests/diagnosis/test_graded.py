@@ -13,6 +13,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.cli.composition import composing
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.diagnosis import pipeline
+from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.graded import contradicted, widened, with_shares
@@ -20,11 +21,9 @@ from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpiso
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import Objection
 from twbal.diagnosis.pipeline import diagnose_episodes
-from twbal.diagnosis.probable import _is_of_its_own, chance_of_size, credence, probability_of
+from twbal.diagnosis.probable import _is_of_its_own, chance_of_size, objected_to, probability_of
 from twbal.diagnosis.record import Estimate, Gap, ProbableEffect, Verdict
-from twbal.diagnosis.settings import Credence
 
-GIVEN = Credence(objected_effect=0.4, objected_set=0.8, incomplete_set=0.9)
 FRICTION = {"coulomb_friction": {"torque": 0.3}}
 EFFECT = ProbableEffect("dead_zone", 0.95, True, {}, (), "")
 
@@ -78,17 +77,17 @@ def test_an_equivalent_that_mostly_does_something_else_is_listed_of_its_own(weig
 @pytest.mark.parametrize(
     ("effect", "objected", "expected"),
     [
-        ("a", (), 1.0),
-        ("a", (Objection("not a", ("a",)), Objection("nothing", ())), 0.4),
-        ("a", (Objection("not a", ("a",)), Objection("more", is_of_errors=True)), 0.4),
-        ("b", (Objection("nothing"),), 0.8),
-        ("b", (Objection("nothing"), Objection("more", is_of_errors=True)), 0.8),
-        ("b", (Objection("not a", ("a",)),), 0.9),
-        ("b", (Objection("more", is_of_errors=True),), 0.9),
+        ("a", (), Objected.NOTHING),
+        ("a", (Objection("not a", ("a",)), Objection("nothing", ())), Objected.EFFECT),
+        ("a", (Objection("not a", ("a",)), Objection("more", is_of_errors=True)), Objected.EFFECT),
+        ("b", (Objection("nothing"),), Objected.SET),
+        ("b", (Objection("nothing"), Objection("more", is_of_errors=True)), Objected.SET),
+        ("b", (Objection("not a", ("a",)),), Objected.OTHERS),
+        ("b", (Objection("more", is_of_errors=True),), Objected.OTHERS),
     ],
 )
 def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_set(effect, objected, expected):
-    assert credence(effect, objected, GIVEN) == expected
+    assert objected_to(effect, objected) is expected
 
 
 @pytest.mark.parametrize("neutral", [0.0, 1.0])
@@ -108,9 +107,9 @@ def test_of_several_sizes_the_larger_one_counts():
 
 
 def test_rollouts_that_get_worse_leave_nothing_named_and_no_share():
-    (found,) = contradicted([replace(EFFECT, share=0.7)], "worse", 0.8)
+    (found,) = contradicted([replace(EFFECT, share=0.7, uncalibrated=0.95)], "worse")
     assert not found.is_named
-    assert found.probability == pytest.approx(0.8 * 0.95)
+    assert found.probability == calibration().corrected(0.95, Objected.SET)
     assert (found.share, found.objections) == (None, ("worse",))
 
 

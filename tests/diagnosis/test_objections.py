@@ -11,6 +11,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.cli.composition import composing
 from twbal.diagnosis import name
 from twbal.diagnosis.advice import advise
+from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
@@ -94,7 +95,7 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
     for field, factor in zip(fields, values.values(), strict=True):
         said = f"{field.replace('_', ' ')} of {factor:.2g} times the data sheet's, the {side} bound of its range"
         assert said in " ".join(objection.text for objection in found)
-    assert conclude(Selection(hypothesis, (), hypothesis), found, 0.0, rough) is Verdict.UNKNOWN
+    assert conclude(Selection(hypothesis, (), hypothesis), found, 0.0, (), rough) is Verdict.UNKNOWN
 
 
 def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
@@ -197,7 +198,7 @@ def test_a_model_discrepancy_that_explains_what_is_missing_is_told(component, sa
     nothing = nothing._replace(fit=nothing.fit._replace(model=model))
     (found,) = objections(nothing, largest, (), settings())
     assert said in found.text
-    assert conclude(Selection(nothing, (), nothing), [found], 0.0, settings()) is Verdict.UNKNOWN
+    assert conclude(Selection(nothing, (), nothing), [found], 0.0, (), settings()) is Verdict.UNKNOWN
     usual = model._replace(noise=model.noise._replace(discrepancy=levels / 3.0))
     assert objections(nothing._replace(fit=nothing.fit._replace(model=usual)), largest, (), settings()) == ()
 
@@ -218,8 +219,8 @@ def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(pape
     assert objections(hypothesis, largest_noise(paper), (), settings()) == ()
 
 
-@pytest.mark.parametrize(("seconds", "share"), [(1.0, 0.45), (10.0, 1.0)])
-def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, share, paper):
+@pytest.mark.parametrize(("seconds", "objected"), [(1.0, Objected.EFFECT), (10.0, Objected.NOTHING)])
+def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, objected, paper):
     """Of less than two periods in a recording: any slow change looks like that."""
     hidden = {
         "coulomb_friction": {"torque": 0.1},
@@ -238,14 +239,15 @@ def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, share,
     weights = {chosen.names: 0.2, other.names: 0.8}
     found = probable_effects(data, selection, (), Verdict.NAMED, weights, settings(), Extent(seconds, 1.0, 1.0))
     told = {effect.name: effect for effect in found}
-    assert told["periodic_disturbance"].probability == pytest.approx(0.8 * share, rel=0.05)
-    assert ("No recording holds" in " ".join(told["periodic_disturbance"].objections)) == (share < 1.0)
-    assert told["coulomb_friction"].probability == pytest.approx(1.0)
-    assert settings().credence.objected_effect == 0.45
+    wave, friction = told["periodic_disturbance"], told["coulomb_friction"]
+    assert wave.uncalibrated == pytest.approx(0.8, rel=0.05)
+    assert wave.probability == calibration().corrected(wave.uncalibrated, objected)
+    assert ("No recording holds" in " ".join(wave.objections)) == (objected is Objected.EFFECT)
+    assert friction.uncalibrated == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(("coefficient", "share"), [(0.3, 0.45), (0.05, 1.0)])
-def test_an_effect_at_its_bound_is_as_unlikely_in_a_set_that_was_not_chosen(coefficient, share, paper):
+@pytest.mark.parametrize(("coefficient", "objected"), [(0.3, Objected.EFFECT), (0.05, Objected.NOTHING)])
+def test_an_effect_at_its_bound_is_as_unlikely_in_a_set_that_was_not_chosen(coefficient, objected, paper):
     hidden = {"coulomb_friction": {"torque": 0.1}, "rolling_viscous": {"coefficient": 0.05}}
     data = Data([synthetic_recording(paper, hidden, seed=53, periods=300)], 10)
     start = data.with_noise(Model(planar_parameters(paper, {}), 0.0, first_noise(paper, data.sensed)), 30)
@@ -261,8 +263,10 @@ def test_an_effect_at_its_bound_is_as_unlikely_in_a_set_that_was_not_chosen(coef
     weights = {chosen.names: 0.2, other.names: 0.8}
     found = probable_effects(data, selection, (), Verdict.NAMED, weights, settings())
     told = {effect.name: effect for effect in found}
-    assert told["rolling_viscous"].probability == pytest.approx(0.8 * share, rel=0.05)
-    assert ("ran to a bound" in " ".join(told["rolling_viscous"].objections)) == (share < 1.0)
+    drag = told["rolling_viscous"]
+    assert drag.uncalibrated == pytest.approx(0.8, rel=0.05)
+    assert drag.probability == calibration().corrected(drag.uncalibrated, objected)
+    assert ("ran to a bound" in " ".join(drag.objections)) == (objected is Objected.EFFECT)
 
 
 @pytest.mark.parametrize(
@@ -294,7 +298,7 @@ def advice_of(paper, *others):
     base = fitted(paper, [], {}, 1000.0)
     chosen = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3}, 500.0)
     selection = Selection(base, (Round(base, [], [chosen]), Round(chosen, [], list(others))), chosen)
-    return " ".join(advise(selection, (), 0.0, Verdict.NAMED, settings()))
+    return " ".join(advise(selection, (), 0.0, (), Verdict.NAMED, settings()))
 
 
 def test_one_more_effect_is_asked_for_by_sets_with_one_more_alone(paper):
@@ -311,10 +315,10 @@ def test_values_of_the_data_sheet_that_are_off_are_listed_with_their_factors(pap
     values = {"coulomb_friction_torque": 0.3, "body_mass_factor": 1.12, "com_height_factor": 0.95}
     chosen = fitted(paper, ["coulomb_friction"], values)
     selection = Selection(fitted(paper, [], {}, 500.0), (Round(chosen, [], []),), chosen)
-    far = " ".join(advise(selection, (), 0.0, Verdict.NAMED, settings()))
+    far = " ".join(advise(selection, (), 0.0, (), Verdict.NAMED, settings()))
     assert "tolerances of 3%: body mass x 1.12 (+4.0 tolerances)." in far
     near = chosen._replace(fit=chosen.fit._replace(model=chosen.fit.model.put({"body_mass_factor": 1.06})))
-    exceeds_tolerances = " ".join(advise(selection._replace(chosen=near), (), 1e3, Verdict.NAMED, settings()))
+    exceeds_tolerances = " ".join(advise(selection._replace(chosen=near), (), 1e3, (), Verdict.NAMED, settings()))
     assert "body mass x 1.06 (+2.0 tolerances), com height x 0.95 (-1.7 tolerances)." in exceeds_tolerances
 
 

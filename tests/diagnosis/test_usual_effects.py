@@ -79,4 +79,4 @@ def test_where_no_usual_effect_may_be_missing_nothing_is_searched(problem):
 )
 def test_that_recordings_are_short_does_not_say_that_nothing_explains_them(objected, opening):
     selection = SimpleNamespace(chosen=None, rounds=[SimpleNamespace(scored=[])])
-    assert advise(selection, objected, 0.0, Verdict.UNKNOWN, SETTINGS)[0] == opening
+    assert advise(selection, objected, 0.0, (), Verdict.UNKNOWN, SETTINGS)[0] == opening

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import fields, replace
-from types import SimpleNamespace
 
 import pytest
 
@@ -24,7 +23,6 @@ from twbal.diagnosis.record import (
     Shift,
     Verdict,
 )
-from twbal.diagnosis.settings import Credence
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_page import DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
@@ -126,12 +124,12 @@ def test_held_out_rollouts_contradict_or_confirm_a_fit_or_could_not_be_made():
         **dict.fromkeys(field.name for field in fields(Findings))
         | {"verdict": Verdict.NAMED, "added": ("coulomb_friction",), "data_sheet": (), "effects": (FRICTION,)}
     )
-    told, left = _reviewed(replace(NAMED, gap=worse), found, SimpleNamespace(credence=Credence(1.0, 0.8, 0.5)))
+    told, left = _reviewed(replace(NAMED, gap=worse), found)
     assert (told.verdict, told.contradicted, left.added) == (Verdict.UNKNOWN, True, ())
     assert told.remaining.share == pytest.approx((0.06 - 0.02) / (0.10 - 0.02))
-    told, left = _reviewed(NAMED, found, None)
+    told, left = _reviewed(NAMED, found)
     assert (told, left) == (NAMED, found)
-    told, _ = _reviewed(replace(NAMED, gap=()), found, None)
+    told, _ = _reviewed(replace(NAMED, gap=()), found)
     assert told.verdict is Verdict.NAMED
     assert told.advice[0] == UNCONFIRMED
 

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.record import Gap, ProbableEffect, Remaining
 from twbal.diagnosis.where import disagreement
@@ -61,18 +62,19 @@ def remaining_of(found: Findings, recordings: Sequence[Recording], head: Gap | N
     return Remaining(head.remaining if head else None, is_far or found.is_autocorrelated, where)
 
 
-def contradicted(effects: Sequence[ProbableEffect], contradiction: str, credence: float) -> tuple[ProbableEffect, ...]:
+def contradicted(effects: Sequence[ProbableEffect], contradiction: str) -> tuple[ProbableEffect, ...]:
     """Effects after rollouts on held-out data got worse with them: none is named, and none has a share.
 
     Args:
         effects: before.
         contradiction: what the rollouts say, as a sentence.
-        credence: share of named effects that prove right although something speaks against their set.
     """
+    what = Objected.SET
     return tuple(
         replace(
             effect,
-            probability=credence * effect.probability if effect.is_named else effect.probability,
+            probability=calibration().corrected(effect.uncalibrated, what) if effect.is_named else effect.probability,
+            objected=what if effect.is_named else effect.objected,
             is_named=False,
             objections=(*effect.objections, contradiction),
             share=None,

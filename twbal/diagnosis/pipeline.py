@@ -113,7 +113,7 @@ def diagnose_episodes(
 
     found, split, loss = without_lost_commands(search(split.fitted), split, search, progress)
     progress("rollouts in PyBullet against held-out data")
-    diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found, settings)
+    diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found)
     first = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*first, *diagnosis.advice))
     comparison = found.comparison
@@ -290,7 +290,7 @@ def _diagnosis(
     )
 
 
-def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tuple[Diagnosis, Findings]:
+def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Findings]:
     """Where rollouts on held-out data contradict the fit, they have the last word on the verdict.
 
     What is named in the findings then falls back to the data sheet refitted.
@@ -303,11 +303,7 @@ def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tupl
         return diagnosis, found
     kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
     advice = tuple(dict.fromkeys((UNEXPLAINED, contradiction, *(said for said in kept if said != OUTWEIGHED))))
-    effects = (
-        contradicted(diagnosis.effects, contradiction, settings.credence.objected_set)
-        if found.added
-        else diagnosis.effects
-    )
+    effects = contradicted(diagnosis.effects, contradiction) if found.added else diagnosis.effects
     shifts = found.refitted_data_sheet
     diagnosis = replace(
         diagnosis, verdict=verdict, effects=effects, data_sheet=shifts, data_sheet_class=(), advice=advice

@@ -5,8 +5,8 @@ may not tell it from other effects either, in their place beside the rest of the
 where they hold the rest of the best set, too. (A dead zone may do as well as a delay beside a friction. Without the
 friction, it may do the friction's work, and then tells nothing of a delay.)
 The weights compare sets with each other; they do not know whether the library holds what moves the robot. What knows
-more of that are the objections to the best set. By them a probability is multiplied: with the share of effects that
-proved right, on data with a known truth, although such an objection was raised (`Credence`).
+more of that are the objections to the best set. So a probability is corrected by how often such probabilities proved
+right on data with a known truth, with and without such objections (`calibration`).
 
 Long data are sure of the smallest deviations, which stand for some trifle of the robot's form. So a probability is that
 of an effect that is larger than a trifle.
@@ -17,12 +17,13 @@ from statistics import NormalDist
 
 import numpy as np
 
+from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import BOUNDLESS, Extent, Objection, negligible, spaced, to_bounds, to_slow_waves
 from twbal.diagnosis.record import LIKELY, LISTED, Estimate, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, substitutes
-from twbal.diagnosis.settings import Credence, Settings
+from twbal.diagnosis.settings import Settings
 from twbal.sysid.intervals import NORMAL95, interval, standard_errors
 from twbal.sysid.model import Data
 from twbal.sysid.prediction_error_fit import slopes_of
@@ -69,21 +70,24 @@ def probable_effects(
         sizes = estimates(data, holder, new, settings)
         own = objected if holder is chosen else [*to_slow_waves(holder, extent), *_to_own_bounds(holder)]
         for candidate in new:
+            what = objected_to(candidate.name, [*objected, *own])
             near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
             known |= {candidate.name, *(name for name in alike if not _is_of_its_own(name, candidate, chosen, weights))}
             against = tuple(o.text for o in own if o.concerns(candidate.name))
+            weight = probability_of(candidate, weights, near, chosen.names)
+            weight *= chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.thresholds.min_effect_size)
             found.append(
                 ProbableEffect(
                     name=candidate.name,
-                    probability=probability_of(candidate, weights, near, chosen.names)
-                    * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.thresholds.min_effect_size)
-                    * credence(candidate.name, [*objected, *own], settings.credence),
+                    probability=calibration().corrected(weight, what),
                     is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
                     parameters=sizes[candidate.name],
                     equivalents=alike,
                     separate_by=candidate.separate_by,
                     objections=against,
+                    uncalibrated=weight,
+                    objected=what,
                 )
             )
     listed = [effect for effect in found if effect.is_named or effect.probability >= LISTED]
@@ -159,14 +163,14 @@ def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: f
     return max(chances)
 
 
-def credence(effect: str, objected: Sequence[Objection], given: Credence) -> float:
-    """Share of effects that proved right although there was such an objection; 1 without one."""
+def objected_to(effect: str, objected: Sequence[Objection]) -> Objected:
+    """What is objected to, as far as an effect is concerned."""
     objected = [objection for objection in objected if not objection.is_of_weights]
     if any(effect in objection.effects for objection in objected):
-        return given.objected_effect
+        return Objected.EFFECT
     if any(not objection.effects and not objection.is_of_errors for objection in objected):
-        return given.objected_set
-    return given.incomplete_set if objected else 1.0
+        return Objected.SET
+    return Objected.OTHERS if objected else Objected.NOTHING
 
 
 def estimates(

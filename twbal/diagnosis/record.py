@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple, Self
 
+from twbal.diagnosis.calibration import Objected
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.lost_commands_record import CommandLoss
@@ -83,9 +84,8 @@ class ProbableEffect:
 
     Attributes:
         name: of the effect, as of `effects/`.
-        probability: that it is missing, or one of its equivalents: the weight of all sets of effects that hold one of
-            them (`probable.probability_of`), times the share by which what speaks against the set has proved right
-            (`Settings.credence`).
+        probability: that it is missing, or one of its equivalents, corrected by how often such probabilities proved
+            right (`calibration.Calibration`).
         is_named: whether the verdict names it: nothing speaks against it, and it is worth its penalty.
         parameters: by name, as the effect in the simulation takes them, in the best set that holds it.
         equivalents: effects that these data cannot tell from it.
@@ -95,6 +95,9 @@ class ProbableEffect:
             else is fitted again; None where it is not in the best guess, or there is hardly a gap, or the model without
             it cannot follow the data. Shares need not add up to 1, as what is left can do a part of the work of what is
             left out.
+        uncalibrated: the probability before its correction: the weight of all sets of effects that hold the effect or
+            one of its equivalents (`probable.probability_of`), times the probability that it is not negligible.
+        objected: what is objected to, by which the correction goes, too.
     """
 
     name: str
@@ -105,6 +108,8 @@ class ProbableEffect:
     separate_by: str
     objections: tuple[str, ...] = ()
     share: float | None = None
+    uncalibrated: float = 0.0
+    objected: Objected = Objected.NOTHING
 
 
 class SizePower(NamedTuple):

@@ -85,21 +85,6 @@ class Thresholds:
 
 
 @dataclass(frozen=True)
-class Credence:
-    """Shares of effects of the best set that were really missing, on data with a known truth.
-
-    Attributes:
-        objected_effect: where an objection concerned the effect itself.
-        objected_set: where one concerned the set as a whole, such as a data sheet that is far out of its tolerances.
-        incomplete_set: where no more was said than that residuals stay autocorrelated, or that other effects are wrong.
-    """
-
-    objected_effect: float
-    objected_set: float
-    incomplete_set: float
-
-
-@dataclass(frozen=True)
 class Settings:
     """All settings of a diagnosis.
 
@@ -116,7 +101,6 @@ class Settings:
         temperature: of the probabilities: scores are divided by it.
         misfit_share: of the best set's gain, which is the temperature where that is more. What effects gain by a form
             that is not quite the robot's grows with the data.
-        credence: by which the probabilities of effects are multiplied where something speaks against them.
         blocks: into which the data are cut for intervals and held-out gains.
     """
 
@@ -131,7 +115,6 @@ class Settings:
     prior: float
     temperature: float
     misfit_share: float
-    credence: Credence
     blocks: int
 
     def for_period(self, period: float, damping_rate: float = 0.0) -> "Settings":

@@ -15,6 +15,7 @@ from scipy.special import ndtri, stdtrit
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors
@@ -235,14 +236,17 @@ def _probable(
     (parameter,) = chosen.candidate.parameters
     error = float(np.hypot(chosen.error, settings.thresholds.form_error * chosen.value))
     estimate = Estimate(chosen.value, *interval(chosen.value, error), parameter.unit)
-    credence = settings.credence.objected_set if verdict is Verdict.UNKNOWN else 1.0
+    weight = min(sum(weights[form.names] for form in near), 1.0)
+    what = Objected.SET if verdict is Verdict.UNKNOWN else Objected.NOTHING
     effect = ProbableEffect(
         chosen.candidate.name,
-        credence * min(sum(weights[form.names] for form in near), 1.0),
+        calibration().corrected(weight, what),
         verdict is Verdict.NAMED,
         {parameter.name: estimate},
         tuple(form.candidate.name for form in near if form.candidate and form is not chosen),
         SEPARATE_BY,
+        uncalibrated=weight,
+        objected=what,
     )
     return (effect,) if effect.probability >= LISTED else ()
 

@@ -8,8 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from scipy.stats import binomtest
 
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
+from twbal.diagnosis.calibration import Bin
 from twbal.diagnosis.record import Gap, Region, ResidualAutocorrelation, Rival
 from twbal.viz.canvas import aslant, legend, logarithmic, over_horizons, panels, short, shown, styled
 from twbal.viz.map_axes import AXES, DIRECTION, direction_text, edge_texts
@@ -39,6 +41,7 @@ _MAPPED = (
 )
 _NOTE = 0.4  # inch; height of that note
 _SPARE = 0.5  # factor below the least and above the largest bar, for the numbers at their ends
+_ABOVE = 1.12  # end of the axis of shares: room for the numbers above them
 _ALIKE = 1e-3  # relative difference of probabilities that is none
 
 
@@ -144,6 +147,33 @@ def autocorrelation_figure(found: Sequence[ResidualAutocorrelation], after: str 
     panel.grid(visible=False, axis="x")
     panel.set_ylabel("autocorrelation")
     panel.set_title("Ljung-Box statistic of the residuals (1: white noise)")
+    legend(figure, panel)
+    return figure
+
+
+@styled
+def reliability_figure(bins: Sequence[Bin]) -> Figure:
+    """Draw how often probabilities of effects proved right on robots with a known truth (a reliability diagram).
+
+    Shares have 95 % intervals (Clopper and Pearson).
+
+    Args:
+        bins: ranges of the probability.
+    """
+    figure, (panel,) = panels(1, columns=1, width=_WIDE, height=3.2)
+    said, right = [each.said for each in bins], [each.right for each in bins]
+    ends = [binomtest(round(each.right * each.pairs), each.pairs).proportion_ci() for each in bins]
+    below = [max(share - end.low, 0.0) for share, end in zip(right, ends, strict=True)]
+    above = [max(end.high - share, 0.0) for share, end in zip(right, ends, strict=True)]
+    panel.plot([0.0, 1.0], [0.0, 1.0], color=MUTED.light, linestyle=":", label="as often as said")
+    panel.errorbar(said, right, (below, above), fmt="o", color=REAL.light, capsize=2, label="proved right (95 %)")
+    for each, end in zip(bins, ends, strict=True):
+        panel.annotate(str(each.pairs), (each.said, end.high), (0, 3), textcoords="offset points", ha="center")
+    panel.set_xlim(0.0, 1.0)
+    panel.set_ylim(0.0, _ABOVE)
+    panel.set_xlabel("probability that was said (a number: how many effects)")
+    panel.set_ylabel("share that was there")
+    panel.set_title("Probabilities of effects, on robots with a known truth")
     legend(figure, panel)
     return figure
 

@@ -37,6 +37,7 @@ TITLES = {
     "rivals": "Evidence for each candidate",
     "gap": "Error on held-out data before and after",
     "free_form": "An added torque, force or reading over one variable",
+    "reliability": "How often probabilities of effects proved right",
     "whiteness": "Autocorrelation of the residuals before and after",
 }
 """Of the figures that a report may have."""

@@ -47,8 +47,5 @@ DIAGNOSIS = (
     Setting("diagnosis.prior", Number(1e-6, 0.999999), "probability of an effect before anything was recorded"),
     Setting("diagnosis.temperature", Number(0.001, 1e6), "least temperature of the probabilities"),
     Setting("diagnosis.misfit_share", Number(0.0, 1.0), "share of the best set's gain that is their temperature"),
-    Setting("diagnosis.credence.objected_effect", _PROBABILITY, "share right despite an objection to it"),
-    Setting("diagnosis.credence.objected_set", _PROBABILITY, "share right despite an objection to the set"),
-    Setting("diagnosis.credence.incomplete_set", _PROBABILITY, "share right where something else is left unexplained"),
     Setting("diagnosis.blocks", Whole(2, 100_000), "blocks of the data, for intervals"),
 )

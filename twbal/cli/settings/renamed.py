@@ -5,6 +5,11 @@ from twbal.cli.settings.nested_settings import ancestors
 STAGES = {"linear-policy": "lqr", "show": "plot", "check": "regress", "recover": "repair"}
 """Stages, as on the command line."""
 
+_CREDENCE = (
+    "diagnosis.credence",
+    *(f"diagnosis.credence.{name}" for name in ("objected_effect", "objected_set", "incomplete_set")),
+)
+
 SETTINGS = {
     "linear_policy": "lqr",
     "variants": "ensemble",
@@ -65,8 +70,9 @@ SETTINGS = {
     "diagnosis.lines.steady": "diagnosis.thresholds.max_size_difference",
     "diagnosis.lines.form": "diagnosis.thresholds.form_error",
     "diagnosis.lines.margin": "diagnosis.thresholds.equivalence_margin",
-    "diagnosis.best_guess": "diagnosis.credence.objected_set",
-    "diagnosis.apply_if_unknown": "diagnosis.credence.objected_set",
+    "diagnosis.best_guess": "diagnosis.prior",
+    "diagnosis.apply_if_unknown": "diagnosis.prior",
+    **dict.fromkeys(_CREDENCE, "diagnosis.prior"),
     "beside": "compare_with",
     "hidden": "faults",
     "hidden.lag_periods": "faults.motor_lag",
@@ -92,8 +98,9 @@ IN_SECONDS = ("success.duration", "success.settle_time")
 
 INSTEAD = dict.fromkeys(
     ("diagnosis.best_guess", "diagnosis.apply_if_unknown"),
-    "effects that are more likely missing than not always enter augmented.yaml now (how likely they are although "
-    "something speaks against them is 'diagnosis.credence.objected_set')",
+    "effects that are more likely missing than not always enter augmented.yaml now",
+) | dict.fromkeys(
+    _CREDENCE, "how likely an effect is although something speaks against it was fitted to robots with a known truth"
 )
 """What happens now without a setting that has gone."""
 

@@ -14,6 +14,7 @@ from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
+from twbal.diagnosis.calibration import calibration
 from twbal.diagnosis.diagnosis_file import concluded, write_diagnosis
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
@@ -23,7 +24,13 @@ from twbal.diagnosis.record import Diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
-from twbal.viz.diagnosis_figures import autocorrelation_figure, disagreement_figure, gap_figure, rivals_figure
+from twbal.viz.diagnosis_figures import (
+    autocorrelation_figure,
+    disagreement_figure,
+    gap_figure,
+    reliability_figure,
+    rivals_figure,
+)
 from twbal.viz.diagnosis_page import DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
 from twbal.viz.headline import effect_lines, headline_text
@@ -163,6 +170,7 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[dict[str, str], list[Path
         "rivals": rivals_figure(diagnosis.rivals, _MOST_RIVALS) if any(r.names for r in diagnosis.rivals) else None,
         "gap": gap_figure(diagnosis.gap, _UNITS, diagnosis.after) if diagnosis.gap else None,
         "whiteness": autocorrelation_figure(diagnosis.autocorrelation, diagnosis.after),
+        "reliability": reliability_figure(calibration().reliability),
         "free_form": free_form_figure(diagnosis.free_form[0]) if diagnosis.free_form else None,
     }
     texts = {name: svg(figure) for name, figure in figures.items() if figure is not None}

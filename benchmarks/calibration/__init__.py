@@ -1,0 +1,1 @@
+"""How the probabilities of a diagnosis are corrected, and how well."""

@@ -1,0 +1,33 @@
+"""The correction of probabilities as a table."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from benchmarks.other_robots.tables import share
+from twbal.diagnosis.calibration import Objected, calibration
+
+_SURE = 0.9  # probability before its correction, from which on an effect counts as sure
+_WHAT = {
+    Objected.NOTHING: "nothing",
+    Objected.OTHERS: "other effects, or residuals stayed autocorrelated",
+    Objected.SET: "the set as a whole, such as a data sheet far out of its tolerances",
+    Objected.EFFECT: "the effect itself",
+}
+
+
+def calibration_table(records: Mapping[str, Any]) -> list[str]:
+    """What a probability of 0.5 and of 1 becomes, by what is objected to; and how many sure effects proved right."""
+    lines = [
+        "| objected to | of sure effects, right | 0.5 becomes | 1 becomes |",
+        "|---|---|---|---|",
+    ]
+    for kind, text in _WHAT.items():
+        sure = [
+            said["right"]
+            for row in records["sets"]
+            for said in row["said"]
+            if said["uncalibrated"] >= _SURE and said["objected"] == kind
+        ]
+        half, one = (calibration().corrected(p, kind) for p in (0.5, 1.0))
+        lines.append(f"| {text} | {share(sure)} | {half:.2f} | {one:.2f} |")
+    return lines
