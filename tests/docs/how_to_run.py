@@ -187,6 +187,13 @@ _DIAGNOSE_EV3 = (
 _LATE = "+effect@sim.effects.imu_delay=imu_delay sim.effects.imu_delay.delay=0.03"
 
 TABLE: Mapping[str, How] = {
+    # docs/regbot.md
+    "twbal diagnose episodes=outputs/import-log/... diagnosis=real_logs sim=regbot robot=regbot": Stage(
+        {"outputs/import-log/...": "imported_regbot"},
+        small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/regbot"),
+        slow=True,
+        after=(_IMPORT_REGBOT,),
+    ),
     # docs/ev3.md
     "twbal import-log guess=true files=datalog.json": Stage(),
     _IMPORT_EV3: Stage(small=("hydra.run.dir=outputs/import-log/ev3",)),
