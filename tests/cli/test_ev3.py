@@ -25,11 +25,17 @@ def read(file):
     return {**told.pop("quantities"), **told}
 
 
-def test_the_proposal_needs_two_edits(tmp_path):
+def test_the_proposal_needs_one_edit(tmp_path):
     assert main(["import-log", "guess=true", f"files={LOG}", f"hydra.run.dir={tmp_path}"]) == 0
     proposed, ours = read(tmp_path / "import" / "my_log.yaml"), read(OURS / "import" / "ev3.yaml")
     assert set(proposed) == set(ours)
-    assert {key for key in ours if ours[key] != proposed[key]} == {"motor", "wheel_rate"}
+    assert {key for key in ours if ours[key] != proposed[key]} == {"motor"}
+
+
+def test_the_proposal_has_the_motor_where_the_robot_is_known(tmp_path):
+    words = [f"--config-dir={OURS}", "robot=ev3", f"files={LOG}", f"hydra.run.dir={tmp_path}"]
+    assert main(["import-log", "guess=true", *words]) == 0
+    assert read(tmp_path / "import" / "my_log.yaml") == read(OURS / "import" / "ev3.yaml")
 
 
 def test_the_log_is_imported_and_no_unit_sign_or_row_is_doubted(tmp_path, capsys):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas
 import pytest
+import yaml
 from foreign_logs import NAMES, PERIOD, columns, text
 from hydra import compose
 from hydra.utils import instantiate
@@ -156,6 +157,36 @@ def test_a_duty_cycle_is_imported_by_the_torque_limit_as_the_comments_of_its_gue
     assert run("import-log", *words, out="imported")[0] == 0
     episode = read_episode(tmp_path / "imported" / "episodes" / "theirs.mcap")
     assert episode.commands == pytest.approx(1.99 / 255 * pwm[:-1], rel=1e-4)
+
+
+@pytest.mark.parametrize("volts", ["volts", "pwm [%]"])
+def test_what_the_mapping_of_a_robot_knows_is_taken_into_a_guess(volts, run, tmp_path):
+    """The motor is the robot's; how rows were written is that of logs with the same columns."""
+    path, rows = tmp_path / "theirs.csv", columns()
+    theirs = np.column_stack([rows[:, 0], rows[:, 1], rows[:, 5], rows[:, 7]])
+    path.write_text(text(theirs, names=("t [s]", "tilt [rad]", "wheel_angle [rad]", volts)))
+    for folder in ("import", "robot"):
+        (tmp_path / "mine" / folder).mkdir(parents=True)
+    sheet = (conf_folder() / "robot" / "paper.yaml").read_text().replace("name: paper", "name: mine")
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(sheet)
+    (tmp_path / "mine" / "import" / "mine.yaml").write_text(
+        "defaults: [columns, _self_]\n"
+        "quantities:\n"
+        "  time: {from: 't [s]', unit: s}\n  tilt: {from: 'tilt [rad]', unit: rad}\n"
+        "  wheel_angle: {from: 'wheel_angle [rad]', unit: rad}\n  voltage: {from: volts, unit: V}\n"
+        "  tilt_rate: null\n  acceleration: null\n  yaw_rate: null\n  wheel_rate: null\n  command: null\n"
+        "motor: {_target_: twbal.core.motor.Motor, resistance: 2.5, torque_constant: 0.5, gear: 1.0, supply: 7.0}\n"
+        "command_is_sample: true\n"
+    )
+    words = (f"--config-dir={tmp_path / 'mine'}", "robot=mine", f"files={path}")
+    code, said, _ = run("import-log", "guess=true", *words, out="guess")
+    assert code == 0 and "fill in (???)" not in said
+    mapping = yaml.safe_load((tmp_path / "guess" / "import" / "my_log.yaml").read_text())
+    motor = {"resistance": 2.5, "torque_constant": 0.5, "gear": 1.0, "supply": 7.0}
+    assert mapping["motor"] == {"_target_": "twbal.core.motor.Motor", **motor}
+    assert mapping["command_is_sample"] is (volts == "volts")
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={path}", ROBOT)
+    assert run("import-log", *words, out="imported")[0] == 0
 
 
 @pytest.mark.parametrize("format", ["csv", "parquet"])

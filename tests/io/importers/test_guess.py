@@ -10,6 +10,7 @@ from foreign_logs import columns, text
 
 from twbal.core.errors import LogError
 from twbal.io.importers.guess import guess
+from twbal.io.importers.remaining_entries import KnownMapping
 
 ROWS = columns()
 MEASURED = Path(__file__).resolve().parents[4] / "shared" / "measured"
@@ -239,18 +240,24 @@ def test_logs_of_real_robots_are_told_as_their_owners_describe_them():
     for path in sorted((MEASURED / "regbot").glob("*.txt")):
         mapping, found = proposed(path)
         assert mapping["quantities"] == described["quantities"]
-        assert found.open == ("motor",)
+        is_driven = "test0" not in path.name  # there the wheels turn in the air, at one speed
+        assert mapping["command_is_sample"] == ("???" if is_driven else False)
+        assert [entry.split(" (")[0] for entry in found.open] == ["motor", *["command_is_sample"] * is_driven]
+        known = yaml.safe_load(guess(path, known=KnownMapping("regbot", described)).mapping)
+        assert {key: known[key] for key in ("motor", "command_is_sample", "skip")} == {
+            key: described[key] for key in ("motor", "command_is_sample", "skip")
+        }
     mapping, found = proposed(MEASURED / "segway_ev3" / "datalog.json")
     assert {name: told["from"] for name, told in mapping["quantities"].items() if told} == {
         "time": "tLoopStart",
         "tilt": "gyroEstimatedAngle",
         "tilt_rate": "gyroRate",
         "wheel_angle": "motorAngle",
-        "wheel_rate": "motorAngularSpeed",
         "voltage": "motorDutyCycle",
     }
     assert mapping["quantities"]["voltage"]["unit"] == "%"
-    assert found.open == ("motor",)
+    assert "motorAngularSpeed is the mean rate of motorAngle over the last 5 rows, 77 ms late" in found.mapping
+    assert mapping["command_is_sample"] is False and found.open == ("motor",)
 
 
 @pytest.mark.parametrize("kind", ["header", "comment", "json"])

@@ -36,6 +36,15 @@ def test_files_that_are_mapped_alike_are_put_together_and_the_others_differences
     assert not any(said.startswith(("time", "command")) for said in second.differs)
 
 
+def test_a_question_that_one_file_raises_is_asked_for_all_that_are_mapped_alike(files):
+    told = [(path, guess(path)) for path in files]
+    mapping = told[1][1].mapping.replace("is_sample: false", "is_sample: ???")
+    doubtful = told[1][1]._replace(mapping=mapping, open=("loop?",))
+    for order in ([told[0], (files[1], doubtful)], [(files[1], doubtful), told[0]]):
+        (group,) = alike(order)
+        assert group.files == (files[1], files[0]) and group.guess.open == ("loop?",) and group.differs == ()
+
+
 def test_each_file_is_looked_at_and_one_that_cannot_be_read_spoils_none(files, tmp_path, capsys):
     (tmp_path / "bad.csv").write_text("a b\n1 x\nx 1\n")
     given = ",".join(map(str, [tmp_path / "bad.csv", *files]))

@@ -8,6 +8,7 @@ from itertools import count
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
+from hydra import compose
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
@@ -30,6 +31,7 @@ from twbal.io.importers.duplicates import duplicated
 from twbal.io.importers.guess import Guess, guess
 from twbal.io.importers.guesses import Alike, alike
 from twbal.io.importers.mapping import Mapping
+from twbal.io.importers.remaining_entries import KnownMapping
 from twbal.io.logs import read_episode
 from twbal.io.logs.writer import write_episode
 from twbal.viz.canvas import save
@@ -54,7 +56,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     if cfg.guess:
-        propose(paths_in(cfg.files), out, instantiate(cfg.robot))
+        propose(paths_in(cfg.files), out, instantiate(cfg.robot), _known_mapping())
         return
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
@@ -110,13 +112,25 @@ def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
     return command if same else f"{command} robot.control_period={period!r}"
 
 
-def propose(files: Sequence[Path], out: Path, robot: RobotParameters) -> None:
+def _known_mapping() -> KnownMapping | None:
+    """The mapping that has the name of the robot that was chosen; None where there is none."""
+    robot = HydraConfig.get().runtime.choices["robot"]
+    if robot not in GlobalHydra.instance().config_loader().get_group_options("import"):
+        return None
+    entries = OmegaConf.to_container(compose("import_log", [f"import={robot}"])["import"])
+    return (
+        KnownMapping(robot, {str(key): entry for key, entry in entries.items()}) if isinstance(entries, dict) else None
+    )
+
+
+def propose(files: Sequence[Path], out: Path, robot: RobotParameters, known: KnownMapping | None = None) -> None:
     """Print what files look like, and write a mapping to fill in; one for each kind of file, where they differ.
 
     Args:
         files: to look at.
         out: folder for the mappings.
         robot: whose torque limit makes a torque of a duty cycle.
+        known: the mapping of that robot; None where there is none.
 
     Raises:
         DataError: a file cannot be read; the mappings of the others are written.
@@ -125,7 +139,7 @@ def propose(files: Sequence[Path], out: Path, robot: RobotParameters) -> None:
     unread: list[Path] = []
     for file in files:
         try:
-            found.append((file, guess(file, robot)))
+            found.append((file, guess(file, robot, known)))
         except DataError as error:
             if len(files) == 1 or (not found and file is files[-1]):
                 raise

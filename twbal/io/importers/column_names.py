@@ -89,7 +89,8 @@ _ALIASES = {
 }
 COUNTED = ("counts", "ticks")
 """Units of an encoder's numbers."""
-_OTHER_UNITS = {"m/s", "cm/s", "mm/s", "m/s²", "%", "A", "mA", "N", *COUNTED}  # that tell what a column is not
+_SPEEDS = {"m/s", "cm/s", "mm/s"}
+_OTHER_UNITS = {*_SPEEDS, "m/s²", "%", "A", "mA", "N", *COUNTED}  # that tell what a column is not
 _RANGE = re.compile(r"[+-]?\d+\s*(?:\.\.+|…|-|–|to)\s*[+-]?\d+")  # in the place of a unit, as in `pwm [-255..255]`
 _TIMES = {"ms", "us", "ns"}  # units that stand for the column of the time
 _NUMBERED = re.compile(r"((?:\d+\s+)+)([A-Za-z].*)")
@@ -131,6 +132,14 @@ def meaning_of(name: str) -> Meaning:
             understood = set(_OF_SIDES)
     certain = not set(stem) - understood - _FILLING and len(sides) < 2
     return Meaning(quantity, certain, sides[0] if len(sides) == 1 else "", stem, unit)
+
+
+def is_of_wheel_speed(meaning: Meaning) -> bool:
+    """Whether a name says the speed of the wheels or of the robot, in whichever unit."""
+    if meaning.quantity == "wheel_rate":
+        return True
+    words = set(meaning.stem)
+    return meaning.unit in _SPEEDS and bool(words & _RATE) and not words - _RATE - _WHEEL - _ENCODER - _FILLING
 
 
 def is_unit(text: str) -> bool:

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import yaml
 
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
@@ -12,25 +13,16 @@ from twbal.io.importers.all_columns import Column, all_columns, row_of
 from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
 from twbal.io.importers.column_names import CURRENT, DUTY, QUATERNION
 from twbal.io.importers.duty_torque import full_duty, torque_way
+from twbal.io.importers.faster_loop import answered_speeds
+from twbal.io.importers.late_rates import lateness_of
 from twbal.io.importers.mapping import QUANTITIES
 from twbal.io.importers.rate_choice import are_alike, rate_choice, unit_by_angle
+from twbal.io.importers.remaining_entries import KnownMapping, remaining_entries
 from twbal.io.importers.wraps import angle_wrap, time_wrap
 
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
 _WHOLE_PERCENT = 100.0  # above it, whole numbers are steps of a timer, such as 255 for full
-_MOTOR = """motor:  # both together, as one; from its data sheet
-  _target_: twbal.core.motor.Motor
-  resistance: ???       # ohm
-  torque_constant: ???  # N·m/A
-  gear: ???
-  supply: ???           # V
-"""
-_REST = """command_is_sample: false      # true: the command is an instant of a loop that runs faster than the log
-command_before_sample: false  # true: a row's command acted before the row's sample, not after it
-skip: 0.0                     # s; left out at the beginning of each recording
-fill: 3                       # missing samples in a row within a recording; a longer gap begins a new recording
-"""
 
 
 class Guess(NamedTuple):
@@ -56,6 +48,7 @@ class _Proposal:
 
     def __init__(self) -> None:
         self.lines: dict[str, str] = {}
+        self.columns: dict[str, Sequence[Column]] = {}
         self.open: list[str] = []
         self.unknown_units: list[str] = []
         self.motor = False
@@ -84,6 +77,7 @@ class _Proposal:
         names = " and ".join(column.name or "without a name" for column in columns)
         text = f"{names}{': ' if comment else ''}{comment}"
         self.lines[quantity] = f"{{from: {_sources(columns)}, unit: {unit}{scaled}}}  # {text}"
+        self.columns[quantity] = columns
 
     def leave(self, quantity: str, reason: str) -> None:
         """Leave a quantity for a person to fill in."""
@@ -110,32 +104,37 @@ def _wrap_of(quantity: str, columns: Sequence[Column], unit: str) -> float | Non
     return next((wrap for column in columns if (wrap := angle_wrap(column.values, unit))), None)
 
 
-def guess(path: Path, robot: RobotParameters | None = None) -> Guess:
+def guess(path: Path, robot: RobotParameters | None = None, known: KnownMapping | None = None) -> Guess:
     """Propose a mapping for a log.
 
     Args:
         path: of the log.
         robot: whose torque limit a duty cycle may be a share of; None says nothing of that.
+        known: mapping of that robot, whose motor is taken; and how its rows are written, if it has the same columns.
 
     Raises:
         LogError: it cannot be read.
     """
     columns = all_columns(path)
     proposal = _of_an_export(columns) or _by_names(columns)
+    quantities = [f"  {name}: {proposal.lines[name]}" for name in QUANTITIES if name in proposal.lines]
+    command, tilt, gyro = (proposal.columns.get(name, ()) for name in ("command", "tilt", "tilt_rate"))
+    answered = answered_speeds(columns, command or proposal.columns.get("voltage", ()), tilt, gyro)
+    rest = remaining_entries(yaml.safe_load("\n".join(quantities)), proposal.motor, answered, known)
     lines = [
         f"# Proposed by `twbal import-log guess=true` for {path.name}: look through every line.",
         "# '???' is for you to fill in; null says that the log does not have it.",
         "_target_: twbal.io.importers.mapping.mapping",
         "quantities:",
-        *(f"  {name}: {proposal.lines[name]}" for name in QUANTITIES if name in proposal.lines),
+        *quantities,
         *(torque_way(*proposal.duty, robot).splitlines() if proposal.duty and robot else ()),
         "names: []  # of all columns, where files have no header",
         "rate: null # samples a second, where there is no time [Hz]",
     ]
-    rest = (_MOTOR if proposal.motor else "motor: null\n") + _REST
     table = [row_of(number, column) for number, column in enumerate(columns, start=1)]
-    mapping = "\n".join(lines) + "\n" + rest
-    return Guess(tuple(table), mapping, tuple(proposal.open), tuple(proposal.unknown_units), proposal.duty is not None)
+    mapping = "\n".join(lines) + "\n" + rest.text
+    left = *proposal.open, *rest.open
+    return Guess(tuple(table), mapping, left, tuple(proposal.unknown_units), proposal.duty is not None)
 
 
 def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
@@ -162,7 +161,9 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
         proposal.leave("tilt", tilt.reason or _by_quaternion(columns) or _not_found(columns))
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
         choice, why = rate_choice(name, columns)
-        if choice.columns:
+        if name == "wheel_rate" and choice.columns and (late := lateness_of(choice.columns, columns)):
+            proposal.drop(name, late)
+        elif choice.columns:
             by_angle = unit_by_angle(name, choice.columns, columns)
             if name == "yaw_rate" and gyro is not None and are_alike(gyro[0], choice.columns[0]):
                 what = "unit as that" if gyro[1].is_scaled else "unit and scale as those"
@@ -256,7 +257,6 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
             proposal.take("voltage", volts.columns, why=why)
         else:
             _take_duty(proposal, duty.columns, why)
-        proposal.open.append("motor")
         proposal.motor = True
         proposal.drop("command")
         return
@@ -282,6 +282,7 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
         names = " and ".join(column.name for column in duty)
         text = f"{names}: {why}a duty cycle, in percent of the supply by its largest value, {largest:.3g}"
         proposal.lines["voltage"] = f"{{from: {sources}, unit: '%'}}  # {text}"
+        proposal.columns["voltage"] = duty
         return
     known = f", the supply over the timer's full value (such as 255), or unit '%'; largest value {largest:.3g}"
     text = f"a duty cycle: fill in the scale, V for one{known if is_whole else ''}"

@@ -8,12 +8,14 @@ import yaml
 
 from twbal.io.importers.guess import Guess
 
+_SAMPLED = "command_is_sample"
+
 
 class Alike(NamedTuple):
     """Files for which the same mapping is proposed.
 
     Attributes:
-        files: of them, the first one first.
+        files: of them; the first one is that of the guess.
         guess: of the first.
         differs: one sentence for each entry that is not as in the mapping of the first file of all.
     """
@@ -26,15 +28,21 @@ class Alike(NamedTuple):
 def alike(found: Iterable[tuple[Path, Guess]]) -> list[Alike]:
     """Put files together that are mapped alike; comments and largest values may differ.
 
+    Not every log of a robot shows that its loop may be faster (`command_is_sample`). Where one does, it is open for all
+    that are mapped alike otherwise, and that one comes first.
+
     Args:
         found: files in the order in which they were given, at least one.
     """
     groups: list[tuple[list[Path], Guess, Mapping[str, Any]]] = []
     for path, guess in found:
         described = yaml.safe_load(guess.mapping)
-        for files, _, other in groups:
-            if described == other:
+        for number, (files, _, other) in enumerate(groups):
+            if described == other or (_is_open(other) and _without(described) == _without(other)):
                 files.append(path)
+                break
+            if _is_open(described) and _without(described) == _without(other):
+                groups[number] = [path, *files], guess, described
                 break
         else:
             groups.append(([path], guess, described))
@@ -43,6 +51,14 @@ def alike(found: Iterable[tuple[Path, Guess]]) -> list[Alike]:
         Alike(tuple(files), guess, () if described is first else tuple(_differences(described, first, name)))
         for files, guess, described in groups
     ]
+
+
+def _is_open(described: Mapping[str, Any]) -> bool:
+    return bool(described[_SAMPLED] == "???")
+
+
+def _without(described: Mapping[str, Any]) -> Mapping[str, Any]:
+    return {key: entry for key, entry in described.items() if key != _SAMPLED}
 
 
 def _differences(described: Mapping[str, Any], first: Mapping[str, Any], name: str) -> Iterable[str]:

@@ -7,9 +7,9 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
-from twbal.io.importers.column_choice import ColumnChoice, Unit, choose, counts, grows, unit_of
+from twbal.io.importers.column_choice import ColumnChoice, Unit, choose, counts, unit_of
 from twbal.io.importers.mapping import QUANTITIES, UNITS
-from twbal.io.importers.wraps import time_wrap, unwrapped
+from twbal.io.importers.measured_columns import seconds_of
 
 _ANGLES = {"tilt_rate": "tilt", "wheel_rate": "wheel_angle"}
 _OFF = {"tilt": 1.5, "wheel_angle": 1.1}
@@ -93,11 +93,10 @@ def _raw(angle: _Turned | None, rate: Column) -> Unit:
 def _angle_of(rate: str, columns: Sequence[Column]) -> _Turned | None:
     """The angle that a rate is of, where the log has it and its time; None where it does not, or it counts ticks."""
     name = _ANGLES.get(rate, "")
-    angle, time = choose(name, columns).columns, choose("time", [c for c in columns if grows(c.values)]).columns
-    if not angle or not time or counts(name, angle[0]):
+    angle, seconds = choose(name, columns).columns, seconds_of(columns)
+    if not angle or seconds is None or counts(name, angle[0]):
         return None
     unit, _, is_assumed, _ = unit_of(name, angle[0])
-    seconds = UNITS["s"][unit_of("time", time[0]).unit] * unwrapped(time[0].values, time_wrap(time[0].values))
     turned = UNITS["rad"][unit] * np.mean([each.values for each in angle], axis=0)
     return _Turned(seconds, turned, is_assumed, " and ".join(each.name for each in angle))
 
