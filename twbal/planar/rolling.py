@@ -79,7 +79,7 @@ def roll(
                 tilt_rate += (v - q) * change
             if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
                 break
-    wheel = s.wheel + h * wheel_speed
+    wheel, way = s.wheel + h * wheel_speed, h * k.radius * wheel_speed
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
     return PlanarState(
         s.tilt + h * tilt_rate,
@@ -90,8 +90,10 @@ def roll(
         s.rotor + h * rotor_speed if loose else wheel,
         rotor_speed if loose else wheel_speed,
         0.0,
-        s.position + h * k.radius * wheel_speed,
+        s.position + way,
         s.driver_torque,
         sway,
         sway_rate,
+        s.x + way * turning.cosine,
+        s.y + way * turning.sine,
     )

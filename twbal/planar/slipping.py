@@ -65,7 +65,7 @@ def slide(
     wheel = s.wheel + h * wheel_speed
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
-    position = s.position + h * speed
+    way = h * speed
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
     return PlanarState(
         tilt,
@@ -76,8 +76,10 @@ def slide(
         wheel,
         wheel_speed,
         slip,
-        position,
+        s.position + way,
         s.driver_torque,
         sway,
         sway_rate,
+        s.x + way * turning.cosine,
+        s.y + way * turning.sine,
     )
