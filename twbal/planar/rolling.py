@@ -58,8 +58,7 @@ def roll(
     if joint > 0.0 or ground > 0.0 or loose:
         contact = rubbing = rolling = 0.0
         of_joint = determinant / (a + 2.0 * coupling + c)  # inertia against a change of the joint's rate
-        alone = (joint > 0.0) + (ground > 0.0) + loose == 1
-        for _ in range(1 if alone else SWEEPS):
+        for _ in range(1 if (joint > 0.0) + (ground > 0.0) + loose == 1 else SWEEPS):
             before = contact, rolling, rubbing
             if rarely(loose):
                 change = _engage(k, s.rotor - s.wheel, rotor_speed - wheel_speed, contact, w)

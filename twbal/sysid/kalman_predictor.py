@@ -173,10 +173,8 @@ def run_predictor(
     k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
-    heading, now = 0.0, 0
-    facing = sine_and_cosine(heading)
-    missing, error = np.zeros(LASTING), np.zeros(4)
-    imu = imu_settled(k, s, _RING * substeps)
+    heading, now, facing = 0.0, 0, sine_and_cosine(0.0)
+    missing, error, imu = np.zeros(LASTING), np.zeros(4), imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
             now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
