@@ -112,6 +112,7 @@ def _start(
     shown: Array, seen: Array, motion: Array, heading: Array, body: Body, commands: Array, t: int
 ) -> ReplayStart:
     _, tilt_rate, speed, wheel_angle, position = motion[t].tolist()
+    ways, ahead = np.diff(motion[: t + 1, 4]), 0.5 * (heading[:t] + heading[1 : t + 1])
     now = Observation(*seen[t].tolist())
     return ReplayStart(
         initial=InitialState(float(shown[t, 0]), float(shown[t, 1]), speed),
@@ -121,6 +122,8 @@ def _start(
             slip=speed - body.radius * (now.wheel_rate + tilt_rate),
             yaw_rate=now.yaw_rate,
             position=position,
+            x=float(ways @ np.cos(ahead)),
+            y=float(ways @ np.sin(ahead)),
         ),
         past_commands=commands[:t],
         past_motion=np.column_stack([shown, motion[:, 2]])[:t],

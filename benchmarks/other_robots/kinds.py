@@ -120,8 +120,8 @@ STRUCTURAL: dict[str, Kind] = {
     "cable_spring": Kind(
         {"stiffness": 10.0},
         "weight",
-        lambda v: {"cable": v["stiffness"], "cable_x": v["own_x"], "cable_y": v["own_y"]},
-        own={"own_x": _sometimes(between(-0.3, 0.3)), "own_y": _sometimes(between(-0.3, 0.3))},
+        lambda v: {"cable": v["stiffness"], "cable_x": v["anchor_x"], "cable_y": v["anchor_y"]},
+        drawn={"anchor_x": _sometimes(between(-0.3, 0.3)), "anchor_y": _sometimes(between(-0.3, 0.3))},
     ),
     "periodic_disturbance": Kind(
         {"force": 3.0},

@@ -112,7 +112,7 @@ def _intervals(effect: Mapping[str, Any], hidden: Mapping[str, Mapping[str, floa
     kind, rows = ALL.get(name), []
     for key in hidden[name] if kind is None else (*kind.sizes, *kind.drawn):
         found = effect["parameters"].get(key)
-        if found is None or (kind is not None and key in kind.unfit):
+        if found is None or key not in hidden[name] or (kind is not None and key in kind.unfit):
             continue
         true, ends = hidden[name][key], (found["low95"], found["high95"])
         rows.append([name, key, true, found["value"], *ends, ends[0] <= true <= ends[1]])

@@ -15,7 +15,7 @@ from twbal.planar.constants import constants
 from twbal.planar.motion import step
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
-from twbal.planar.planar_state import STRAIGHT, PlanarState, Turning
+from twbal.planar.planar_state import STRAIGHT, PlanarState, turning_at
 from twbal.sim.restart_state import RestartState
 from twbal.sim.world import World
 
@@ -110,7 +110,7 @@ def test_a_robot_that_turns_throws_its_part_outwards(paper):
         world.reset(InitialState(0.1, 0.0, 0.0))
         world.resume(RestartState(0.0, yaw_rate=yaw), 0.0)
         for i in range(round(seconds / h)):
-            turning = Turning(world.motion().yaw_rate, 0.0)  # as the engine has it: it changes as the body leans
+            turning = turning_at(world.motion().yaw_rate, 0.0)  # as the engine has it: it changes as the body leans
             world.advance(0.0, acting, 1)
             state = step(planar, k, state, 0.0, i * h, turning)
         tilts[name] = world.motion().tilt, state.tilt

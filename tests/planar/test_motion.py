@@ -8,7 +8,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import constants
 from twbal.planar.motion import step
 from twbal.planar.parameters import planar_parameters
-from twbal.planar.planar_state import PlanarState, Turning
+from twbal.planar.planar_state import PlanarState, turning_at
 
 REST = PlanarState(*(0.0,) * len(PlanarState._fields))
 
@@ -23,7 +23,7 @@ def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0, he
     for i in range(round(seconds / physics_step)):
         time = i * physics_step
         pull = torque(time) if callable(torque) else torque
-        state = step(planar, k, state, pull, time, Turning(yaw_rate, heading + time * yaw_rate))
+        state = step(planar, k, state, pull, time, turning_at(yaw_rate, heading + time * yaw_rate))
         states.append(state)
     return states
 
@@ -228,7 +228,8 @@ def test_a_robot_that_looks_elsewhere_meets_another_slope(paper, heading):
     begin, slope = {"tilt": 0.1, "wheel_speed": 1.0}, 0.05
     turned = swing(paper, {"ground_slope": {"angle": slope}}, begin, 1.0, 1e-3, 0.2, heading=heading)[-1]
     met = {"ground_slope": {"angle": slope * np.cos(heading)}}
-    assert turned == pytest.approx(swing(paper, met, begin, 1.0, 1e-3, 0.2)[-1], abs=1e-12)
+    straight = swing(paper, met, begin, 1.0, 1e-3, 0.2)[-1]
+    assert turned._replace(x=straight.x, y=straight.y) == pytest.approx(straight, abs=1e-12)
 
 
 def test_cogging_of_a_turned_robot_is_that_of_its_two_wheels(paper):

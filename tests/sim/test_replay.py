@@ -84,7 +84,7 @@ def start_at(robot, truth, t, commands=COMMANDS):
     rolled = r * (truth[:, 4] + truth[:, 1] - truth[0, 4] - truth[0, 1])
     initial = InitialState(tilt, rate, r * (wheel_rate + rate))
     past = np.column_stack([truth[:t, [1, 2]], r * (truth[:t, 5] + truth[:t, 2])])
-    return ReplayStart(initial, RestartState(angle, position=rolled[t]), commands[:t], past)
+    return ReplayStart(initial, RestartState(angle, position=rolled[t], x=rolled[t]), commands[:t], past)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -82,6 +82,8 @@ class AxleMotion(NamedTuple):
         rate: of that [rad/s].
         apart: angle for each radian of heading; where `heading` is 1, all of it [rad].
         heading: by which the robot has turned [rad]; 1 where only the product is known.
+        x, y: place of the axle, ahead of where the rollout began and to the left of that [m].
+        cosine, sine: of the angle by which the robot has turned to the left since then.
     """
 
     position: float
@@ -92,6 +94,10 @@ class AxleMotion(NamedTuple):
     rate: float = 0.0
     apart: float = 0.0
     heading: float = 1.0
+    x: float = 0.0
+    y: float = 0.0
+    cosine: float = 1.0
+    sine: float = 0.0
 
 
 Push = Callable[[float, AxleMotion], float]

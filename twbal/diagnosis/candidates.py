@@ -28,7 +28,7 @@ class CandidateParameter(NamedTuple):
         start: where its gradient is not zero.
         none: where it does nothing, or next to nothing, within the bounds.
         covers_all: whether the bounds enclose all values that a robot can have.
-        form: as of `effects.parameter.Parameter`.
+        form, sd: as of `effects.parameter.Parameter`.
     """
 
     name: str
@@ -39,6 +39,7 @@ class CandidateParameter(NamedTuple):
     none: float
     covers_all: bool = False
     form: float = 0.0
+    sd: float = float("inf")
 
     @property
     def has_bounds(self) -> bool:
@@ -101,6 +102,11 @@ class Candidate(NamedTuple):
         more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
         return (self.parameters[0], *more)
 
+    def tempered(self, temperature: float) -> "Candidate":
+        """The same for a likelihood to the power of one over the temperature: with priors narrower by its root."""
+        root = temperature**0.5
+        return self._replace(parameters=tuple(p._replace(sd=p.sd / root) for p in self.parameters))
+
     def field(self, parameter: CandidateParameter) -> str:
         """The field of the planar model that a parameter is."""
         return f"{self.name}_{parameter.name}"
@@ -112,11 +118,11 @@ class Candidate(NamedTuple):
 
     @property
     def free_parameters(self) -> tuple[FreeParameter, ...]:
-        """Its parameters as free values without a prior."""
+        """Its parameters as free values, most of them without a prior."""
         return tuple(
             FreeParameter(
                 self.field(p),
-                *(p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low)),
+                *(p.low, p.high, p.none, p.sd, _NUDGE * (p.high - p.low)),
                 *(self.name, p.name, p.has_bounds),
             )
             for p in self.parameters

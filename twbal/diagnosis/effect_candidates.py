@@ -26,5 +26,6 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         if p.unit == "Hz":
             neutral = min(neutral, 0.99 * high)
         start = min(size * p.start, high)
-        parameters.append(CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form))
+        known = CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form, size * p.sd)
+        parameters.append(known)
     return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by, kind.never_beside)

@@ -114,8 +114,9 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
 
 
 def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 13), of wheels of a radius [m]; its angles run ahead by a time."""
-    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, rotor_speed, slip, position, _, sway, sway_rate, _ = states.T
+    """The motion in the predictor's states (T + 1, 15), of wheels of a radius [m]; its angles run ahead by a time."""
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, rotor_speed, slip, position, _, *rest, _ = states.T
+    sway, sway_rate, x, y = rest
     return Trajectory(
         tilt=tilt - lead * tilt_rate,
         tilt_rate=tilt_rate,
@@ -123,6 +124,8 @@ def _trajectory(radius: float, lead: float, recording: Recording, states: Array)
         wheel_angle=wheel - tilt - lead * (wheel_speed - tilt_rate),
         wheel_rate=wheel_speed - tilt_rate,
         position=position,
+        x=x,
+        y=y,
         torque=torque,
         gap=rotor - wheel,
         gap_rate=rotor_speed - wheel_speed,

@@ -25,7 +25,8 @@ class Trajectory:
         speed: of the axle over ground [m/s].
         wheel_angle: true angle of the wheels relative to the body, in the encoders' count [rad].
         wheel_rate: [rad/s].
-        position: of the axle since the recording began [m].
+        position: of the axle along its way since the recording began [m].
+        x, y: place of the axle, ahead of where the recording began and to the left of that [m].
         torque: that the motors make: what a lag remembers [N·m].
         gap: of the rotor within the backlash, -½ to ½ of the gap: which side it rests on [rad]; 0 without backlash.
         gap_rate: of the rotor, relative to the wheels [rad/s].
@@ -42,6 +43,8 @@ class Trajectory:
     wheel_angle: Array
     wheel_rate: Array
     position: Array
+    x: Array
+    y: Array
     torque: Array
     gap: Array
     gap_rate: Array

@@ -214,6 +214,8 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int
             slip=trajectory.slip[t],
             yaw_rate=trajectory.yaw_rate[t],
             position=trajectory.position[t],
+            x=trajectory.x[t],
+            y=trajectory.y[t],
             rotor_ahead=trajectory.gap[t],
             rotor_faster=trajectory.gap_rate[t],
             sway=trajectory.sway[t],

@@ -260,7 +260,7 @@ def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high
 
 
 def _states(data: Data, fit: Fit) -> list[Array]:
-    """The predictor's states of each recording, (T + 1, 13)."""
+    """The predictor's states of each recording, (T + 1, 15)."""
     return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
 
 

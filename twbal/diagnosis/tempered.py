@@ -129,8 +129,9 @@ def settled(problem: Problem, chosen: FittedHypothesis) -> FittedHypothesis:
     found = chosen
     for _ in range(_SETTLING):
         temperature = found.autocorrelation
-        fitted = problem.tempered(temperature).fit(found.fit.model, chosen.candidates, _LAST_ROUNDS)
+        narrower = [candidate.tempered(temperature) for candidate in chosen.candidates]
+        fitted = problem.tempered(temperature).fit(found.fit.model, narrower, _LAST_ROUNDS)
         if not (isfinite(fitted.bic) and isfinite(fitted.autocorrelation)):  # predictions diverge
             return chosen
-        found = fitted._replace(temperature=temperature)
+        found = fitted._replace(candidates=chosen.candidates, temperature=temperature)
     return found._replace(fit=found.fit._replace(cost=chosen.fit.cost), unsettled=chosen.autocorrelation)

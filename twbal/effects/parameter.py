@@ -41,7 +41,7 @@ class Parameter(NamedTuple):
         neutral: value at which the effect does nothing.
         start: a value at which data say something about it: at the neutral one many slopes are zero.
         value: that it has where the effect is put into a simulation and no other is given.
-        scale: what `low`, `high` and `start` grow with.
+        scale: what `low`, `high`, `start` and `sd` grow with.
         least: value below which none can be.
         below: what every value is below.
         changes: of a robot's quantities that the parameter makes, for both engines.
@@ -49,6 +49,7 @@ class Parameter(NamedTuple):
         covers_all: whether its range holds all values that a robot can have, so that its ends are as good as any other.
         form: share of it (standard deviation) by which a value that was found is off on robots whose form of the effect
             is another, as far as benchmarks told.
+        sd: standard deviation of its prior about the neutral value; infinite: all values of the range are as good.
     """
 
     meaning: str
@@ -65,6 +66,7 @@ class Parameter(NamedTuple):
     is_of_each_wheel: bool
     covers_all: bool
     form: float
+    sd: float
 
     def size(self, robot: RobotParameters) -> float:
         """What its range is to be multiplied by for a robot."""
@@ -87,6 +89,7 @@ def parameter(
     is_of_each_wheel: bool = False,
     covers_all: bool = False,
     form: float = 0.0,
+    sd: float = inf,
     is_optional: bool = False,
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
@@ -96,7 +99,7 @@ def parameter(
     """
     known = Parameter(
         *(meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes)),
-        *(is_of_each_wheel, covers_all, form),
+        *(is_of_each_wheel, covers_all, form, sd),
     )
     return field(default=value if is_optional else MISSING, metadata={"parameter": known})
 

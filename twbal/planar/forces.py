@@ -1,6 +1,5 @@
 """The smooth forces on the planar model: gravity, inertia, what is in the joints, and what pushes from outside."""
 
-from math import cos
 from typing import NamedTuple
 
 from twbal.core.compiled import kernel, rarely
@@ -35,7 +34,7 @@ class Forces(NamedTuple):
 @kernel(is_inlined=True)
 def slope_ahead(k: Constants, turning: Turning) -> float:
     """σ: by how much the ground rises in the direction in which the robot looks [rad]."""
-    return k.slope if k.slope == 0.0 or turning.heading == 0.0 else k.slope * cos(turning.heading)
+    return k.slope * turning.cosine
 
 
 @kernel(is_inlined=True)
@@ -55,6 +54,8 @@ def tipped(k: Constants, s: PlanarState, before: Turning, after: Turning) -> Pla
         s.driver_torque,
         s.sway,
         s.sway_rate,
+        s.x,
+        s.y,
     )
 
 
@@ -120,7 +121,10 @@ def forces(p: PlanarParameters, k: Constants, s: PlanarState, time: float, turni
     (sine, cosine), spin = sine_and_cosine(alpha), turning.rate * turning.rate
     joint = joint_torque(p, k, s, turning)
     speed, weight = k.radius * s.wheel_speed + s.slip, k.mass * GRAVITY
-    axle = AxleMotion(s.position, speed, time, weight, s.wheel, s.wheel_speed, k.apart, turning.heading)
+    axle = AxleMotion(
+        s.position, speed, time, weight, s.wheel, s.wheel_speed, k.apart, turning.heading, s.x, s.y, turning.cosine,
+        turning.sine,
+    )  # fmt: skip
     outside = push(p, 0.0, axle)
     if rarely(k.pushed != 0.0):
         outside += k.pushed

@@ -90,7 +90,7 @@ def sampled_with_delay(model: PlanarParameters, period: float, ages: int) -> Del
         tilt, rate, speed = x.tolist()
         tilt -= k.offset
         turning = speed / smooth.wheel_radius
-        state = PlanarState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0, 0.0, 0.0, 0.0)
+        state = PlanarState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, *(0.0,) * (len(PlanarState._fields) - 7))
         imu = imu_settled(k, state, 2 * _STEPS)
         s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
         return np.array([s.tilt + k.offset, s.tilt_rate, smooth.wheel_radius * s.wheel_speed])

@@ -14,6 +14,7 @@ from twbal.core.gaussian import Array
 from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.robot_model import UNBOUNDED, Reading
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.sine_cosine import sine_and_cosine
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
 from twbal.core.swinging_part import swinging_part, without_part
@@ -56,6 +57,7 @@ def hold(
     reached, ramped = s.torque, s.driver_torque
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
+    cosine, sine, by = turning.cosine, turning.sine, sine_and_cosine(k.step * turning.rate)
     row, kept = past * substeps % len(imu), exp(-k.filter.rate * k.step) if k.filter.rate > 0.0 else 1.0
     for i in range(substeps):
         number = past * substeps + i
@@ -64,11 +66,12 @@ def hold(
         demanded = drive(p, command, time)
         if rarely(k.slew < UNBOUNDED):
             ramped, demanded = slew_limited(ramped, demanded, k.slew)
-        now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
+        now = Turning(turning.rate, turning.heading + i * k.step * turning.rate, cosine, sine)
+        cosine, sine = cosine * by.cosine - sine * by.sine, sine * by.cosine + cosine * by.sine
         before = s
         s = step(p, k, s, demanded + k.fade * (reached - demanded), time, now)
         if rarely(k.slope != 0.0 and turning.rate != 0.0):
-            s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
+            s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate, cosine, sine))
         reached += k.lag * (demanded - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
         see(p, k, before, s, imu, row, kept, (number + 1) * k.step)
@@ -85,6 +88,8 @@ def hold(
         ramped,
         s.sway,
         s.sway_rate,
+        s.x,
+        s.y,
     )
 
 
@@ -101,7 +106,7 @@ def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_an
     """
     wheel = wheel_angle + tilt
     turning = speed / k.radius
-    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class Seen(NamedTuple):

@@ -2,6 +2,9 @@
 
 from typing import NamedTuple
 
+from twbal.core.compiled import kernel
+from twbal.core.sine_cosine import sine_and_cosine
+
 
 class PlanarState(NamedTuple):
     """All that the planar model remembers.
@@ -15,10 +18,11 @@ class PlanarState(NamedTuple):
         rotor: ρ, in space, in turns of the wheel [rad]; φ without backlash.
         rotor_speed: [rad/s].
         slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
-        position: of the axle since the rollout began [m].
+        position: of the axle along its way since the rollout began [m].
         driver_torque: to which the driver has come, both motors together [N·m]; of no meaning without a slew limit.
         sway: y, by which the part of the body that swings is ahead of where a rigid frame would hold it [m].
         sway_rate: [m/s].
+        x, y: place of the axle, ahead of where the rollout began and to the left of that [m].
     """
 
     tilt: float
@@ -33,6 +37,8 @@ class PlanarState(NamedTuple):
     driver_torque: float
     sway: float
     sway_rate: float
+    x: float
+    y: float
 
 
 class Turning(NamedTuple):
@@ -41,10 +47,20 @@ class Turning(NamedTuple):
     Attributes:
         rate: ψ̇ [rad/s].
         heading: ψ, since the rollout began [rad].
+        cosine, sine: of the heading.
     """
 
     rate: float
     heading: float
+    cosine: float
+    sine: float
 
 
-STRAIGHT = Turning(0.0, 0.0)
+STRAIGHT = Turning(0.0, 0.0, 1.0, 0.0)
+
+
+@kernel(is_inlined=True)
+def turning_at(rate: float, heading: float) -> Turning:
+    """How a robot turns, by its yaw rate [rad/s] and its heading [rad]."""
+    sine, cosine = sine_and_cosine(heading)
+    return Turning(rate, heading, cosine, sine)

@@ -178,7 +178,7 @@ def _simulated(
 ) -> Iterator[Known]:
     """What a simulation with an effect tells; nothing of a parameter that does nothing and is in no sheet."""
     for name, parameter in parameters_of(library()[effect]).items():
-        field, value, size = field_of(effect, name), float(values[name]), parameter.size(robot)
+        field, value, size = field_of(effect, name), float(values.get(name, parameter.value)), parameter.size(robot)
         neutral = parameter.neutral
         away = value if neutral == UNBOUNDED != value else value - neutral  # a limit that is none is infinitely far
         before = sheet.get(field)

@@ -58,8 +58,7 @@ def roll(
     if joint > 0.0 or ground > 0.0 or loose:
         contact = rubbing = rolling = 0.0
         of_joint = determinant / (a + 2.0 * coupling + c)  # inertia against a change of the joint's rate
-        alone = (joint > 0.0) + (ground > 0.0) + loose == 1
-        for _ in range(1 if alone else SWEEPS):
+        for _ in range(1 if (joint > 0.0) + (ground > 0.0) + loose == 1 else SWEEPS):
             before = contact, rolling, rubbing
             if rarely(loose):
                 change = _engage(k, s.rotor - s.wheel, rotor_speed - wheel_speed, contact, w)
@@ -79,7 +78,7 @@ def roll(
                 tilt_rate += (v - q) * change
             if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
                 break
-    wheel = s.wheel + h * wheel_speed
+    wheel, way = s.wheel + h * wheel_speed, h * k.radius * wheel_speed
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
     return PlanarState(
         s.tilt + h * tilt_rate,
@@ -90,8 +89,10 @@ def roll(
         s.rotor + h * rotor_speed if loose else wheel,
         rotor_speed if loose else wheel_speed,
         0.0,
-        s.position + h * k.radius * wheel_speed,
+        s.position + way,
         s.driver_torque,
         sway,
         sway_rate,
+        s.x + way * turning.cosine,
+        s.y + way * turning.sine,
     )

@@ -62,13 +62,10 @@ def slide(
         speed -= v * change
         if (traction, rolling, rubbing) == before:  # and so it stays in all further rounds
             break
-    wheel = s.wheel + h * wheel_speed
-    slip = speed - r * wheel_speed
-    tilt = s.tilt + h * tilt_rate
-    position = s.position + h * speed
+    wheel, slip, way = s.wheel + h * wheel_speed, speed - r * wheel_speed, h * speed
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
     return PlanarState(
-        tilt,
+        s.tilt + h * tilt_rate,
         wheel,
         tilt_rate,
         wheel_speed,
@@ -76,8 +73,10 @@ def slide(
         wheel,
         wheel_speed,
         slip,
-        position,
+        s.position + way,
         s.driver_torque,
         sway,
         sway_rate,
+        s.x + way * turning.cosine,
+        s.y + way * turning.sine,
     )

@@ -135,8 +135,9 @@ def jolted(s: PlanarState, by: Array) -> PlanarState:
     """The state after torques have changed the rates of body and wheels."""
     rate, wheel, rotor = s.tilt_rate + by[0], s.wheel_speed + by[1], s.rotor_speed + by[1]
     return PlanarState(
-        s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position, s.driver_torque, s.sway, s.sway_rate
-    )
+        s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position, s.driver_torque, s.sway,
+        s.sway_rate, s.x, s.y,
+    )  # fmt: skip
 
 
 @kernel()

@@ -11,7 +11,8 @@ class RestartState(NamedTuple):
         heading: by which it has turned since the rollout began, to the left [rad].
         slip: speed of the axle beyond that of wheels which roll [m/s].
         yaw_rate: [rad/s].
-        position: of the axle since the rollout began [m].
+        position: of the axle along its way since the rollout began [m].
+        x, y: place of the axle, ahead of where the rollout began and to the left of that [m].
         rotor_ahead: of the wheels, within a backlash [rad].
         rotor_faster: than the wheels [rad/s].
         sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
@@ -23,6 +24,8 @@ class RestartState(NamedTuple):
     slip: float = 0.0
     yaw_rate: float = 0.0
     position: float = 0.0
+    x: float = 0.0
+    y: float = 0.0
     rotor_ahead: float = 0.0
     rotor_faster: float = 0.0
     sway: float = 0.0

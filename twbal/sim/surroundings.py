@@ -1,11 +1,14 @@
 """Ground and outside forces that a physics engine has no form for, beside it step by step."""
 
+from math import cos, sin
 from typing import NamedTuple
 
 from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
+from twbal.core.plant import Pose
 from twbal.core.robot_model import AxleMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
+from twbal.sim.restart_state import RestartState
 
 _SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
 
@@ -44,12 +47,20 @@ class OutsideForces:
         self.needed = bool(self._bound or self._viscous or self.pushes)
         self.reset()
 
-    def reset(self, position: float = 0.0, time: float = 0.0) -> None:
-        """Begin a rollout, or go on with one that has gone so far [m] for so long [s]."""
-        self._position, self._time, self._held = position, time, 0.0
+    def reset(self, begun: RestartState | None = None, time: float = 0.0) -> None:
+        """Begin a rollout, or go on with one that has lasted for so long [s]."""
+        self._begun = begun or RestartState(0.0)
+        self._ahead = cos(self._begun.heading), sin(self._begun.heading)
+        self._position, self._time, self._held = self._begun.position, time, 0.0
 
-    def act(self, motion: RobotMotion, apart: float) -> Outside:
-        """What acts in the step that begins with this motion, one wheel being `apart` ahead of the mean [rad]."""
+    def act(self, motion: RobotMotion, pose: Pose, apart: float) -> Outside:
+        """What acts in the step that begins with a motion.
+
+        Args:
+            motion: of the robot.
+            pose: from where it was put since `reset`; needed where there are `pushes`.
+            apart: by which one wheel is ahead of the mean [rad].
+        """
         rate = motion.wheel_rate + motion.tilt_rate
         torque = -self._viscous * rate
         if self._bound:
@@ -57,7 +68,20 @@ class OutsideForces:
             self._held = _cut(self._held - _SHARE * stop, self._bound)
             torque += _cut(self._held - stop, self._bound)
         angle, force = motion.wheel_angle + motion.tilt, 0.0
-        axle = AxleMotion(self._position, motion.speed, self._time, self._weight, angle, rate, apart)
+        cosine, sine = self._ahead
+        axle = AxleMotion(
+            self._position,
+            motion.speed,
+            self._time,
+            self._weight,
+            angle,
+            rate,
+            apart,
+            x=self._begun.x + cosine * pose.x - sine * pose.y,
+            y=self._begun.y + sine * pose.x + cosine * pose.y,
+            cosine=cos(self._begun.heading + pose.heading),
+            sine=sin(self._begun.heading + pose.heading),
+        )
         for push in self.pushes:
             force = push(force, axle)
         self._position += self._physics_step * motion.speed

@@ -19,6 +19,7 @@ from twbal.sim.restart_state import RestartState
 from twbal.sim.surroundings import OutsideForces
 
 _LARGEST_STEP = 0.001
+_START = Pose(0.0, 0.0, 0.0, 0.0)
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
 
 
@@ -98,7 +99,7 @@ class World(Engine):
         self._first_acceleration = acceleration
         self._robot.restart(restart)
         self._gears.reset(restart.rotor_ahead, restart.rotor_faster)
-        self._surroundings.reset(restart.position, time)
+        self._surroundings.reset(restart, time)
 
     def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
@@ -139,6 +140,7 @@ class World(Engine):
         acceleration = self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
         self._rate_before = motion.wheel_rate
         apart = self._robot.apart() if effect_state.joints or self._surroundings.pushes else 0.0
+        pose = self.pose() if self._surroundings.pushes else _START
         if effect_state.joints:
             joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart)
             torque = effect_state.turn(torque, joint)
@@ -149,7 +151,7 @@ class World(Engine):
         self._robot.drive(passed)
         if passed != torque:  # the motors push themselves off the body, whatever their rotors meet
             self._robot.turn_body(passed - torque)
-        around = self._surroundings.act(motion, apart)
+        around = self._surroundings.act(motion, pose, apart)
         if around.on_wheels:
             self._robot.turn_wheels(around.on_wheels)
         if around.at_axle:

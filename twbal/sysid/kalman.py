@@ -120,7 +120,8 @@ def linearise_period(planar: PlanarParameters, period: float) -> LinearPlanarMod
 
     def after(x: Array, torque: float, outside: float) -> Array:
         tilt, wheel, tilt_rate, wheel_speed = x.tolist()
-        state = PlanarState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0, 0.0, 0.0, 0.0)
+        rest = (0.0,) * (len(PlanarState._fields) - 7)
+        state = PlanarState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, *rest)
         pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
         return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
 

@@ -14,6 +14,7 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
+from twbal.core.sine_cosine import SineCosine, sine_and_cosine
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
@@ -37,7 +38,7 @@ def _first(p: PlanarParameters, k: Constants, measured: Array, lead: float) -> P
     tilt = true.tilt + (lead + k.imu_delay) * rate
     speed = true.wheel_rate + rate
     wheel = true.wheel_angle + lead * true.wheel_rate + tilt
-    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @kernel(is_inlined=True)
@@ -68,8 +69,14 @@ def _correct_past(
 
 
 @kernel(is_inlined=True)
-def _moved(s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float) -> PlanarState:
-    """The state with these added; the rotor goes with the wheel, and what swings on the body with the body."""
+def moved(
+    s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float, facing: SineCosine
+) -> PlanarState:
+    """The state with these added; the rotor goes with the wheel, and what swings on the body with the body.
+
+    The axle goes with the wheel, too, in the direction in which the robot is `facing`.
+    """
+    way = k.radius * wheel
     return PlanarState(
         s.tilt + tilt,
         s.wheel + wheel,
@@ -79,16 +86,26 @@ def _moved(s: PlanarState, k: Constants, tilt: float, wheel: float, tilt_rate: f
         s.rotor + wheel,
         s.rotor_speed + speed,
         s.slip,
-        s.position + k.radius * wheel,
+        s.position + way,
         s.driver_torque,
         s.sway,
         s.sway_rate,
+        s.x + way * facing.cosine,
+        s.y + way * facing.sine,
     )
 
 
 @kernel(is_inlined=True)
 def _push(
-    s: PlanarState, k: Constants, missing: Array, pushes: Array, imu: Array, now: int, substeps: int, late: int
+    s: PlanarState,
+    k: Constants,
+    missing: Array,
+    pushes: Array,
+    facing: SineCosine,
+    imu: Array,
+    now: int,
+    substeps: int,
+    late: int,
 ) -> PlanarState:
     """The state with what the torques of a model discrepancy added in the last control period, and the IMU's past, too.
 
@@ -108,7 +125,7 @@ def _push(
         imu[row, 0] += share * share * tilt
         imu[row, 1] += share * tilt_rate
         row = row - 1 if row > 0 else len(imu) - 1
-    return _moved(s, k, tilt, wheel, tilt_rate, speed)
+    return moved(s, k, tilt, wheel, tilt_rate, speed, facing)
 
 
 @kernel(is_inlined=True)
@@ -151,22 +168,22 @@ def run_predictor(
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearPlanarModel` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 13), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        states: (T + 1, 15), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
     k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
-    heading, now = 0.0, 0
-    missing, error = np.zeros(LASTING), np.zeros(4)
-    imu = imu_settled(k, s, _RING * substeps)
+    heading, now, facing = 0.0, 0, sine_and_cosine(0.0)
+    missing, error, imu = np.zeros(LASTING), np.zeros(4), imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
             now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
-            turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
+            turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading, facing.cosine, facing.sine)
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
             heading += period * turning.rate
+            facing = sine_and_cosine(heading)
             if len(decay) > 0:
-                s = _push(s, k, missing, pushes, imu, now, substeps, late)
+                s = _push(s, k, missing, pushes, facing, imu, now, substeps, late)
                 _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error[0] = measured[n, 0] - seen.tilt - missing[2]
@@ -183,15 +200,14 @@ def run_predictor(
                 wheel += gains[instant, 1, j] * error[j]
                 tilt_rate += gains[instant, 2, j] * error[j]
                 speed += gains[instant, 3, j] * error[j]
-            s = _moved(s, k, tilt, wheel, tilt_rate, speed)
+            s = moved(s, k, tilt, wheel, tilt_rate, speed, facing)
             imu[now, 0], imu[now, 1] = imu[now, 0] + tilt, imu[now, 1] + tilt_rate
             if late >= substeps:  # the call costs as much as a physics step even where it does nothing
                 _correct_past(imu, now, n * substeps, substeps, late, gains, instant, error)
         errors[n, :] = error
-        states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
-        states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8], states[n, 9], states[n, 10], states[n, 11] = s.position, s.driver_torque, s.sway, s.sway_rate
-        states[n, 12] = imu[now, 2]
+        for i in range(len(s)):
+            states[n, i] = s[i]
+        states[n, len(s)] = imu[now, 2]
 
 
 class PredictorOutput(NamedTuple):
@@ -199,7 +215,7 @@ class PredictorOutput(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 13), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        states: (T + 1, 15), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
 
     errors: Array

@@ -7,11 +7,13 @@ from numpy.typing import NDArray
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
+from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
-from twbal.planar.planar_state import PlanarState, Turning
+from twbal.planar.planar_state import PlanarState, turning_at
 from twbal.planar.sensing import filtered_tilt, read_sensors
+from twbal.sysid.kalman_predictor import moved
 from twbal.sysid.recording import Recording
 
 _RING = 4  # control periods of the IMU's past that are kept, as in the predictor
@@ -21,14 +23,14 @@ EARLIEST = _RING
 
 @kernel()
 def _state(x: Array) -> PlanarState:
-    return PlanarState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11])
+    return PlanarState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11], x[12], x[13])
 
 
 @kernel()
 def _seen(k: Constants, x: Array) -> tuple[float, float, float]:
     """What the IMU saw at an instant: a row of its past, as of `imu_settled`."""
     s = _state(x)
-    return filtered_tilt(k, s, x[12]), s.tilt_rate, x[12]
+    return filtered_tilt(k, s, x[14]), s.tilt_rate, x[14]
 
 
 @kernel()
@@ -68,14 +70,10 @@ def _run(
             for c in range(2):
                 off_now = d[2 * c] if age == 0 else d[2 + near + c]
                 imu[row, c] += (1.0 - share) * off_now + share * d[2 + far + c]
-        x = states[n]
-        s = PlanarState(
-            x[0] + d[0], x[1] + d[1], x[2] + d[2], x[3] + d[3], x[4], x[5] + d[1], x[6] + d[3], x[7],
-            x[8] + k.radius * d[1], x[9], x[10], x[11],
-        )  # fmt: skip
+        s = moved(_state(states[n]), k, d[0], d[1], d[2], d[3], sine_and_cosine(heading[n]))
         fell[j] = steps + 1
         for m in range(steps):
-            turning = Turning(0.5 * (yaw_rate[n + m] + yaw_rate[n + m + 1]), heading[n + m])
+            turning = turning_at(0.5 * (yaw_rate[n + m] + yaw_rate[n + m + 1]), heading[n + m])
             s = hold(p, k, s, commands, n + m, substeps, turning, imu)
             seen = read_sensors(p, k, s, imu, (n + m + 1) * substeps, 0.5 * h)
             predicted[j, m, 0], predicted[j, m, 1] = seen.tilt, seen.tilt_rate
@@ -109,7 +107,7 @@ def predict_open_loop(
         planar: the model.
         recording: with the commands.
         substeps: physics steps of a control period.
-        states: (T + 1, 13), of `predict`: by the measurements up to each instant.
+        states: (T + 1, 15), of `predict`: by the measurements up to each instant.
         starts: (n,) instants, from `EARLIEST` to T - steps.
         off: (n, 8) by which the starts are off: tilt, wheel, tilt rate, wheel speed; then tilt and tilt rate of one
             control period before, and of two.
