@@ -27,6 +27,7 @@ from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.effects_shown.tables import effects_shown  # noqa: E402
 from benchmarks.free_form.tables import PARTS as FREE_FORM  # noqa: E402
+from benchmarks.hidden_robots.ahead import pilco_ahead  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import (  # noqa: E402
     beside,
@@ -139,6 +140,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "summary": summary,
     "first_policies": first_policies,
     "three_seeds": three_seeds,
+    "pilco_ahead": pilco_ahead,
     "robots": robots,
     "beside": beside,
     "paper": paper,

@@ -1,0 +1,116 @@
+"""Could PILCO be ahead of the default method? `python -m benchmarks.hidden_robots.ahead [seeds=1-3] [workers=1]`.
+
+PILCO has no simulation, so before its policy 0 it drives at random. It could be ahead of the default method by more
+than one update, or by more than 3 s of driving, on robots only on which the default needs more than one update or more
+than 3 s. On these robots of the published tables PILCO learns its policy 0, with several seeds of the learner, which
+takes five random rollouts and ten trials. A policy of a later update is not faster by 3 s: until then PILCO has driven
+its policy 0 as well, and the record has how long that lasts.
+
+Raw results go to benchmarks/results/pilco_ahead.json.
+"""
+
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from pathlib import Path
+from statistics import median
+from typing import Any, NamedTuple
+
+from benchmarks.hidden_robots.robots import iterate, learn_words
+from benchmarks.settings import text_settings
+
+ROOT, RESULTS = Path("outputs/bench/pilco_ahead"), Path("benchmarks/results")
+FAMILIES = ("hard", "moderate", "regbot", "balboa", "esp32")
+DEFAULTS = {"seeds": "1-3", "workers": "1"}
+UPDATES, SECONDS = 1, 3.0
+"""By more of which PILCO must not be ahead."""
+
+
+class Learned(NamedTuple):
+    """What the default method needed on a robot.
+
+    Attributes:
+        family: of the robot.
+        robot: its seed.
+        updates: up to the first policy all of whose trials succeed.
+        seconds: of driving up to it.
+    """
+
+    family: str
+    robot: int
+    updates: int
+    seconds: float
+
+    @property
+    def may_be_behind(self) -> bool:
+        """Whether any method could be ahead by so much."""
+        return self.updates > UPDATES or self.seconds > SECONDS
+
+
+def by_default() -> list[Learned]:
+    """What the default method needed on all robots of the tables that it solved."""
+    found = []
+    for family in FAMILIES:
+        for robot in json.loads((RESULTS / f"hidden_robots_{family}.json").read_text())["robots"]:
+            solved = next(step for step in robot["iterations"] if step["successes"] == len(step["trials"]))
+            found.append(Learned(family, robot["seed"], solved["index"], solved["real_seconds"]))
+    return found
+
+
+def learn(robot: Learned, seed: int) -> dict[str, Any]:
+    """PILCO's policy 0 on a robot."""
+    folder = ROOT / f"{robot.family}_{robot.robot}_{seed}"
+    words = [*learn_words(robot.family, robot.robot), "method=pilco", "updates=0", "improve=false"]
+    words += ["calibration_rollouts=0", f"seed={seed}"]
+    (first,) = iterate(folder, words)["iterations"]
+    lasted = first["trial_seconds"] / first["trials"]
+    return {"seed": seed, "seconds": first["real_seconds"], "successes": first["successes"], "trial_seconds": lasted}
+
+
+def record(robot: Learned, seeds: Sequence[int], pool: ThreadPoolExecutor) -> dict[str, Any]:
+    """What the default and PILCO needed on a robot."""
+    return {**robot._asdict(), "pilco": list(pool.map(partial(learn, robot), seeds))}
+
+
+def pilco_ahead(results: Mapping[str, Any]) -> list[str]:
+    """One line a robot on which the default needs more than one update or 3 s."""
+    lines = [
+        "| robot | default: updates, driven | PILCO, medians: driven before policy 0 | its trials that succeed | "
+        "driven before policy 1, at least | ahead by more |",
+        "|---|---|---|---|---|---|",
+    ]
+    for robot in results["robots"]:
+        runs = robot["pilco"]
+        seconds, won = median(run["seconds"] for run in runs), median(run["successes"] for run in runs)
+        later = median(run["seconds"] + run["trial_seconds"] for run in runs)
+        is_far = robot["updates"] > UPDATES or robot["seconds"] - seconds > SECONDS
+        is_ahead = (won == 10 and is_far) or robot["seconds"] - later > SECONDS
+        lines.append(
+            f"| `{robot['family']}` {robot['robot']} | {robot['updates']}, {robot['seconds']:.1f} s "
+            f"| {seconds:.1f} s | {won:.0f} of 10 | {later:.1f} s | {'yes' if is_ahead else 'no'} |"
+        )
+    return lines
+
+
+def main(words: Sequence[str]) -> None:
+    """Learn, write and print."""
+    settings = text_settings(DEFAULTS, words, __doc__ or "")
+    first, _, last = settings["seeds"].partition("-")
+    seeds = range(int(first), int(last or first) + 1)
+    known = by_default()
+    results: dict[str, Any] = {"compared": len(known), "robots": []}
+    with ThreadPoolExecutor(int(settings["workers"])) as pool:
+        for robot in known:
+            if robot.may_be_behind:
+                results["robots"].append(record(robot, seeds, pool))
+                text = ",\n".join(json.dumps(each) for each in results["robots"])
+                (RESULTS / "pilco_ahead.json").write_text(
+                    f'{{"compared": {results["compared"]}, "robots": [\n{text}\n]}}\n'
+                )
+    print("\n".join(pilco_ahead(results)))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
