@@ -1,5 +1,6 @@
 """What a diagnosis may name, and what is always free."""
 
+from math import isfinite
 from typing import NamedTuple
 
 from twbal.core.robot_model import UNBOUNDED
@@ -52,8 +53,12 @@ class CandidateParameter(NamedTuple):
         return self.none >= self.high
 
     def size(self, value: float) -> float:
-        """What a share of a value is a share of: of a limit the value itself, of others how far from nothing it is."""
-        return value if self.is_limit else value - self.none
+        """What a share of a value is a share of: of a limit the value itself, of others how far from nothing it is.
+
+        Of what has a prior it is no less than the prior's standard deviation.
+        """
+        found = value if self.is_limit else value - self.none
+        return max(abs(found), self.sd) if isfinite(self.sd) else found
 
 
 class Candidate(NamedTuple):

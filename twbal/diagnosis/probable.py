@@ -186,8 +186,9 @@ def estimates(
         for p in candidate.parameters:
             field = candidate.field(p)
             value = hypothesis.fit.model.value(field)
+            is_sized = p in candidate.sizes or np.isfinite(p.sd)
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
-            form = max(settings.thresholds.form_error, p.form) * (p.size(value) if p in candidate.sizes else value)
+            form = max(settings.thresholds.form_error, p.form) * (p.size(value) if is_sized else value)
             error = float(np.sqrt(by_field[field] ** 2 + form**2 + timing**2))
             found[candidate.name][p.name] = Estimate(value, *interval(value, error), p.unit)
     return found

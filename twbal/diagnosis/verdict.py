@@ -1,7 +1,6 @@
 """The verdict: of a selection, and after rollouts on held-out data; and the probability of each set."""
 
 from collections.abc import Mapping, Sequence
-from math import isfinite
 
 import numpy as np
 
@@ -93,8 +92,7 @@ def allowed_differences(problem: Problem, chosen: FittedHypothesis) -> Mapping[F
     for candidate in problem.candidates:
         for p in candidate.parameters:
             if candidate.name in chosen.names:
-                size = abs(p.size(model.value(candidate.field(p))))
-                found[candidate.field(p)] = thresholds.form_error * (max(size, p.sd) if isfinite(p.sd) else size)
+                found[candidate.field(p)] = thresholds.form_error * abs(p.size(model.value(candidate.field(p))))
             elif not candidate.in_data_sheet:
                 found[candidate.field(p)] = thresholds.min_effect_size * abs(p.start - p.none)
     return found
