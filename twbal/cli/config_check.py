@@ -30,7 +30,7 @@ _HOLD_RULES = (
 _built: set[tuple[str, str]] = set()
 """Parts that were built already in this process, and so are right: the stages of a run have most in common."""
 
-_FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
+FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
 """Stages that find a physics step which divides the control period of the logs."""
 
 
@@ -94,7 +94,7 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
         if isinstance(node, DictConfig) and (place, values) not in _built:
             _build(node)
             _built.add((place, values))
-    if stage not in _FIND_THEIR_STEP:
+    if stage not in FIND_THEIR_STEP:
         _check_step(own)
 
 

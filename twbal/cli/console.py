@@ -6,12 +6,13 @@ import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from hydra.conf import HydraConf
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
+from omegaconf import DictConfig, read_write
 
 from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
@@ -49,6 +50,23 @@ def configuration_flags() -> list[str]:
     added = [f"--config-dir={path}" for who, path in sources if who == "command-line"]
     searched = [word for word in HydraConfig.get().overrides.hydra if word.startswith("hydra.searchpath=")]
     return replaced + added + searched
+
+
+def overridden(key: str) -> bool:
+    """Whether this run was given a value of a key by a word of the command line."""
+    return any(word.split("=", 1)[0].lstrip("+") == key for word in HydraConfig.get().overrides.task)
+
+
+def has_group(name: str) -> bool:
+    """Whether the configuration of this run has a choice of a group."""
+    return HydraConfig.get().runtime.choices.get(name) is not None
+
+
+def add_override(word: str) -> None:
+    """Let this run count as given a word that it goes by, for the next commands that it prints."""
+    hydra = HydraConfig.get()
+    with read_write(cast(DictConfig, hydra)):
+        hydra.overrides.task.append(word)
 
 
 def chosen_overrides(*groups: str) -> str:
@@ -102,14 +120,16 @@ def say(line: str) -> None:
     print(f"  {line}", flush=True)
 
 
-def say_link(does: str) -> None:
+def say_link(does: str, following: str) -> None:
     """Say that the next command is about a virtual robot, unless the link of the one that was recorded is given.
 
     Args:
         does: what that command does, such as `learns on`.
+        following: that command.
     """
+    instead = " in the place of link.overrides=[...]" if "link.overrides=" in following else ""
     say(f"the next command {does} a virtual robot, unless you add the link of the robot that was recorded to it:")
-    say("link=serial link.port=..., or link.seed=... of a virtual robot")
+    say(f"link=serial link.port=...{instead}, or link.seed=... of a virtual robot")
 
 
 class Progress:

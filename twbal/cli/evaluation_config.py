@@ -15,7 +15,7 @@ from twbal.cli.artefacts import DISTRIBUTION
 from twbal.cli.composed import composed
 from twbal.cli.composition import composing
 from twbal.cli.manifest import read_manifest
-from twbal.cli.sim_files import IDENTIFIED, effects_in, is_simulation_file, simulation_file
+from twbal.cli.sim_files import IDENTIFIED, effects_in, is_simulation_file, physics_step_in, simulation_file
 from twbal.cli.typed_config import members, typed
 from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
@@ -77,6 +77,13 @@ def simulation_files(simulations: Sequence[GivenSimulation]) -> list[Path]:
         *files,
         *(path for file in files if file.name == IDENTIFIED and (path := file.parent / DISTRIBUTION).is_file()),
     ]
+
+
+def physics_step_of(source: str) -> float:
+    """The physics step with which a next command takes a file or a choice of the group `sim` [s]."""
+    if is_simulation_file(source) and (step := physics_step_in(Path(source))) is not None:
+        return step
+    return float(compose("evaluate_sim", [f"sim={NOMINAL if is_simulation_file(source) else source}"]).sim.physics_step)
 
 
 def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:

@@ -109,6 +109,16 @@ def effects_in(path: Path) -> dict[str, dict[str, float]]:
     return {name: {key: value for key, value in node.items() if key != "_target_"} for name, node in effects.items()}
 
 
+def physics_step_in(path: Path) -> float | None:
+    """The physics step of a simulation in a file [s]; None where it says none.
+
+    Raises:
+        ConfigError: the file is not there, or holds no simulation.
+    """
+    step, _ = _read(path)
+    return float(step[0].partition("=")[2]) if step else None
+
+
 def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: float, title: str) -> str:
     """The text of such a file.
 

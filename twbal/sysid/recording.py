@@ -17,6 +17,9 @@ from twbal.core.time_base import LATE, Even, LoopJitter, evened, is_uneven, mean
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
 
+SAME_PERIOD = 1e-6
+"""By which control periods may differ that are taken for the same [s]."""
+
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _ANGLES = [MEASURED.index("tilt"), MEASURED.index("wheel_angle")]
 _RATES = [MEASURED.index("tilt_rate"), MEASURED.index("wheel_rate")]
@@ -202,7 +205,7 @@ def what_is_not_used(
 
 def _check_episode(episode: Episode, name: str, robot: RobotParameters) -> None:
     """Raise where an episode has another control period than the robot, a value that is no number, or no clock."""
-    if abs(episode.control_period - robot.control_period) > 1e-6:
+    if abs(episode.control_period - robot.control_period) > SAME_PERIOD:
         raise DataError(
             f"Episode {name} has a control period of {episode.control_period} s, robot {robot.name!r} one of "
             f"{robot.control_period} s. Choose the robot by robot=..., or set its period by "

@@ -1,8 +1,9 @@
 """Name what a simulation lacks to explain measured episodes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 from omegaconf import DictConfig, OmegaConf
@@ -11,6 +12,7 @@ from twbal.cli.artefacts import DIAGNOSIS, episode_files, episodes_of, say_dupli
 from twbal.cli.console import gently, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.recorded_period import step_that_divides, take_recorded_period, virtual_robot_at
 from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
@@ -45,6 +47,8 @@ _FAR = 3.0  # tolerances by which a nominal parameter must be off to stand for s
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    files = episode_files(cfg.episodes)
+    take_recorded_period(cfg, "diagnose", [*files, *_test_files(cfg)])
     made = run(cfg, out)
     found = concluded(out / DIAGNOSIS)
     if found.suggested and not found.is_open:
@@ -53,9 +57,10 @@ def main(cfg: DictConfig) -> None:
         say(
             "the simulation as it was predicts held-out data better than with the refitted data sheet: keep it as it is"
         )
-    following = suggested_next(out, _recorded_by(episode_files(cfg.episodes)))
+    needed = step_that_divides(cfg, cfg.sim.physics_step), virtual_robot_at(cfg.robot.control_period)
+    following = suggested_next(out, _recorded_by(files), *needed)
     if drives_a_robot(following):
-        say_link("drives")
+        say_link("drives", following)
     print_result(made, out, following)
 
 
@@ -70,33 +75,44 @@ def _recorded_by(files: Sequence[Path]) -> object:
     return OmegaConf.select(recorded_with, "policy.command_width")
 
 
-def suggested_next(out: Path, recorded_by: object = None) -> str:
+def suggested_next(
+    out: Path,
+    recorded_by: object = None,
+    step: Mapping[str, object] = MappingProxyType({}),
+    robot: Mapping[str, object] = MappingProxyType({}),
+) -> str:
     """The command that comes after the diagnosis in a folder, or what to do where none is safe.
 
     Args:
         out: the folder.
         recorded_by: as of `gently`.
+        step: setting that the simulation as it is needs, as of `step_that_divides`.
+        robot: setting that a virtual robot needs, as of `virtual_robot_at`.
     """
     found = concluded(out / DIAGNOSIS)
     if not found.is_open:
         if found.is_better_unchanged:
-            return next_command("sim-collect", {}, "robot", "sim")
+            return next_command("sim-collect", step, "robot", "sim")
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if found.has_no_safe_experiment:
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
     if found.repetition_tells_more:
         return "record the robot again as before, and diagnose all recordings together: episodes=[..., ...]"
-    return found.suggested or next_command("real-rollout", gently(recorded_by), "robot")
+    return found.suggested or next_command("real-rollout", {**gently(recorded_by), **robot}, "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Diagnose the episodes that `cfg` names into `out`, unless that is done there already."""
     files = episode_files(cfg.episodes)
-    tests = episode_files(cfg.test_episodes) if cfg.test_episodes else []
+    tests = _test_files(cfg)
     say_duplicates([*files, *tests])
     simulation, settings, data = diagnosis_of(cfg)
     step = StageWork("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
     return perform(step, lambda: _diagnose_to_files(files, tests, simulation, settings, data, out))
+
+
+def _test_files(cfg: DictConfig) -> list[Path]:
+    return episode_files(cfg.test_episodes) if cfg.test_episodes else []
 
 
 def _diagnose_to_files(
@@ -117,8 +133,9 @@ def _diagnose_to_files(
     if diagnosis.verdict.is_open:
         diagnosis = replace(diagnosis, advice=(*diagnosis.advice, f"{AUGMENTED}: {title}"))
     if diagnosis.next_experiment is not None:
-        settings_of_it = {"experiment": "excite", **diagnosis.next_experiment.settings}
-        command = next_command("real-rollout", settings_of_it, "robot")
+        experiment = {"experiment": "excite", **diagnosis.next_experiment.settings}
+        virtual = virtual_robot_at(simulation.robot.control_period)
+        command = next_command("real-rollout", {**experiment, **virtual}, "robot")
         diagnosis = replace(diagnosis, next_experiment=diagnosis.next_experiment._replace(command=command))
     said = f"verdict {diagnosis.verdict}: {headline_text(diagnosis)}"
     print("\n  ".join([said, *effect_lines(diagnosis), *diagnosis.advice]))

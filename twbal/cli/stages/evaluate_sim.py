@@ -8,8 +8,9 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
-from twbal.cli.evaluation_config import simulation_files, simulations_of
+from twbal.cli.evaluation_config import physics_step_of, simulation_files, simulations_of
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.recorded_period import step_that_divides, take_recorded_period, virtual_robot_at
 from twbal.cli.sim_files import IDENTIFIED
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
@@ -42,20 +43,24 @@ REPORT, FIGURE = "report.html", "figures/evaluation.svg"
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    take_recorded_period(cfg, "evaluate-sim", episode_files(cfg.episodes))
     made = run(cfg, out)
-    print_result(made, out, _following(best_simulation(read_record(SimulationEvaluation, out / EVALUATION))))
+    print_result(made, out, _following(cfg, best_simulation(read_record(SimulationEvaluation, out / EVALUATION))))
 
 
-def _following(best: EvaluatedSimulation | None) -> str:
+def _following(cfg: DictConfig, best: EvaluatedSimulation | None) -> str:
     """The next command: learn with the best simulation; an identified one has the robot's distribution beside it."""
     if best is None:
-        return next_command("sim-collect", {}, "robot", "sim")
+        return next_command("sim-collect", step_that_divides(cfg, cfg.sim.physics_step), "robot", "sim")
     source = best.source.removeprefix("sim=")
     known = Path(source).parent
     if Path(source).name == IDENTIFIED and (known / DISTRIBUTION).is_file():
-        say_link("learns on")
-        return next_command("iterate", {"sim": source, "known": known}, "robot")
-    return next_command("sim-collect", {"sim": source}, "robot")
+        robot = virtual_robot_at(cfg.robot.control_period)
+        following = next_command("iterate", {"sim": source, "known": known, **robot}, "robot")
+        say_link("learns on", following)
+        return following
+    step = step_that_divides(cfg, physics_step_of(source))
+    return next_command("sim-collect", {"sim": source, **step}, "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

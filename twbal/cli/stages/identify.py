@@ -12,6 +12,7 @@ from twbal.algorithm.identification import EffectValues, identify
 from twbal.cli.artefacts import DISTRIBUTION, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.recorded_period import take_recorded_period, virtual_robot_at
 from twbal.cli.sim_files import IDENTIFIED, simulation_text
 from twbal.cli.typed_config import members, recorded
 from twbal.core.episode import Episode
@@ -31,9 +32,12 @@ _SOME = 0.05  # share of the samples that is worth a word
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    take_recorded_period(cfg, "identify", episode_files(cfg.episodes))
     made = run(cfg, out)
-    say_link("learns on")
-    print_result(made, out, next_command("iterate", {"sim": out / IDENTIFIED, "known": out}, "robot"))
+    robot = virtual_robot_at(cfg.robot.control_period)
+    following = next_command("iterate", {"sim": out / IDENTIFIED, "known": out, **robot}, "robot")
+    say_link("learns on", following)
+    print_result(made, out, following)
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

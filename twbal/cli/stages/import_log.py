@@ -34,6 +34,7 @@ from twbal.io.importers.mapping import Mapping
 from twbal.io.importers.remaining_entries import KnownMapping
 from twbal.io.logs import read_episode
 from twbal.io.logs.writer import write_episode
+from twbal.sysid.recording import SAME_PERIOD
 from twbal.viz.canvas import save
 from twbal.viz.doubt_figure import doubt_figure
 from twbal.viz.episode_figures import courses_figure
@@ -41,7 +42,6 @@ from twbal.viz.episode_figures import courses_figure
 NOT_RECORDED = ("files", "guess")
 MAPPING, EPISODES, NOT_IMPORTED, DOUBTS = "my_log.yaml", "episodes", "not_imported.txt", "doubts"
 _DRAWN = 12  # episodes
-_SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _mapping(cfg: DictConfig) -> Mapping:
 def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
     """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs."""
     command = next_command("diagnose", {"episodes": out, "diagnosis": "real_logs"}, "robot", "sim")
-    same = abs(period - robot_period) <= _SAME_PERIOD
+    same = abs(period - robot_period) <= SAME_PERIOD
     return command if same else f"{command} robot.control_period={period!r}"
 
 
@@ -310,7 +310,7 @@ def _shown(name: str, chunks: Sequence[int]) -> Iterator[int]:
 def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
     """A sentence on recordings of more than one control period, which no later stage takes together."""
     by_period = {episode.control_period: name for episode, name in zip(episodes, names, strict=True)}
-    if max(by_period) - min(by_period) > _SAME_PERIOD:
+    if max(by_period) - min(by_period) > SAME_PERIOD:
         periods = ", ".join(f"{name} {period:.6g} s" for period, name in sorted(by_period.items()))
         yield f"control periods differ ({periods}): import them one by one, or give a period=... that suits all"
 

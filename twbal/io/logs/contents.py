@@ -61,7 +61,7 @@ class Contents:
         self._pieces: dict[str, list[tuple[NDArray[np.int64], Array]]] = defaultdict(list)
         self._events: dict[int, Event] = {}
         try:
-            self.description = _find_description(data)
+            self.description = find_description(data)
             if self.description is not None:
                 found = self.description
                 self._layout = layout_of(found.channels, found.poses, found.references, found.headings)
@@ -163,7 +163,13 @@ class Contents:
             self._pieces[topic.name].append((np.array([number]), values))
 
 
-def _find_description(data: bytes) -> Description | None:
+def find_description(data: bytes) -> Description | None:
+    """What the metadata record in the bytes of a log says; None where there is none.
+
+    Raises:
+        DamageError: the bytes before it make no sense.
+        LogError: the log is of another schema version; the message names no file.
+    """
     for span in spans(data, len(MAGIC)):
         if span.opcode == Opcode.METADATA:
             record = parse(Metadata, data, span)

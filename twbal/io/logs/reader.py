@@ -10,9 +10,9 @@ import numpy as np
 from twbal.core.episode import Episode, Event, Outcome
 from twbal.core.errors import DataError, LogError
 from twbal.core.files import read_bounded
-from twbal.io.logs.contents import Contents
+from twbal.io.logs.contents import Contents, find_description
 from twbal.io.logs.metadata import METADATA_NAME, Description
-from twbal.io.logs.records import MAGIC
+from twbal.io.logs.records import MAGIC, DamageError
 from twbal.io.logs.rows import observations_of
 
 _LARGEST = 2**32  # bytes of a file
@@ -46,6 +46,19 @@ def read_episode(path: Path) -> Episode:
         raise LogError(f"Log {path} {damage}. {good} of its {samples} samples are complete; {advice}.")
     _check_complete(path, contents)
     return _episode(path, contents, description.samples)
+
+
+def read_control_period(path: Path) -> float:
+    """The control period of a log [s], without its samples being read.
+
+    Raises:
+        LogError: as of `read_episode`, where the log does not say it.
+    """
+    try:
+        found = find_description(_load(path))
+    except (DataError, DamageError):
+        found = None
+    return read_episode(path).control_period if found is None else found.control_period
 
 
 def recover_episode(path: Path) -> Recovered:
