@@ -160,23 +160,57 @@ def test_what_another_model_takes_for_lost_is_taken_back(make, conf):  # noqa: F
     assert lost_commands(data, model, [np.zeros(len(log.commands), dtype=bool)]) is None
 
 
+def findings_of(data, model, *names):
+    """What a search found, as far as lost commands ask of it."""
+    chosen = SimpleNamespace(names=names, fit=SimpleNamespace(model=model))
+    return SimpleNamespace(comparison=SimpleNamespace(data=data, chosen=chosen))
+
+
+def told_in_turn(monkeypatch, recording, *shares):
+    """Losses that are told one after the other, each other commands; None where there are none."""
+    told = []
+    for number, share in enumerate(shares):
+        lost = np.arange(len(recording)) % 20 == number
+        record = share and CommandLoss(share, 0.9 * share, 1.1 * share, 20, 400)
+        told.append(record and LostFound(record, (lost,), Mixture(0.05, 0.0, 1.0, 5.0)))
+    following = iter(told)
+    monkeypatch.setattr(commands_that_acted, "lost_commands", lambda *given: next(following))
+
+
 def test_the_first_findings_stand_where_a_later_model_shows_no_losses(make, conf, monkeypatch):  # noqa: F811
     sheet = conf("robot/paper")
     data, model = asked([driven(make("paper", start=0.02), sheet, 0.0, periods=400)[0]], sheet)
     split = Split(tuple(data.recordings), tuple(data.recordings), ("log",), are_ends=False)
-    first, second = (
-        SimpleNamespace(comparison=SimpleNamespace(data=data, chosen=SimpleNamespace(fit=SimpleNamespace(model=model))))
-        for _ in range(2)
-    )
-    lost = np.arange(len(data.recordings[0])) % 20 == 7
-    told = iter([LostFound(CommandLoss(0.05, 0.04, 0.06, 20, 400), (lost,), Mixture(0.05, 0.0, 1.0, 5.0)), None])
-    monkeypatch.setattr(commands_that_acted, "lost_commands", lambda *given: next(told))
+    first, second = (findings_of(data, model, name) for name in ("a", "b"))
+    told_in_turn(monkeypatch, data.recordings[0], 0.05, None)
     searched = []
     found = commands_that_acted.without_lost_commands(first, split, lambda r: searched.append(r) or second, print)
     assert found.findings is first
     assert found.split is split
     assert found.loss is None
     assert not np.array_equal(searched[0][0].commands, data.recordings[0].commands)
+
+
+@pytest.mark.parametrize(
+    ("sets", "searches"), [(["a", "a", "a", "a"], 1), (["a", "b", "b", "b"], 2), (["a", "b", "a", "b"], 3)]
+)
+def test_effects_are_searched_until_the_same_are_found(sets, searches, make, conf, monkeypatch):  # noqa: F811
+    sheet = conf("robot/paper")
+    data, model = asked([driven(make("paper", start=0.02), sheet, 0.0, periods=400)[0]], sheet)
+    split = Split(tuple(data.recordings), tuple(data.recordings), ("log",), are_ends=False)
+    first, *following = (findings_of(data, model, name) for name in sets)
+    told_in_turn(monkeypatch, data.recordings[0], *np.linspace(0.05, 0.08, 4).tolist())
+    searched = []
+
+    def search(recordings):
+        searched.append(recordings)
+        return following[len(searched) - 1]
+
+    found = commands_that_acted.without_lost_commands(first, split, search, print)
+    assert len(searched) == searches
+    assert found.findings is following[searches - 1]
+    assert found.loss.share == pytest.approx(0.05 + 0.01 * (searches - 1))
+    np.testing.assert_array_equal(found.split.fitted[0].commands, searched[-1][0].commands)
 
 
 def test_of_held_out_data_only_what_is_not_known_is_asked(make, conf):  # noqa: F811

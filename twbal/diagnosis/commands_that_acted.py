@@ -41,7 +41,8 @@ def without_lost_commands(
     """Search the effects again with the commands that acted, if the robot did not get some of those that were sent.
 
     Lost commands make a model's noise large, and its delay long. By the model that is found without them they are asked
-    for again, and show more clearly. What acted is told of held-out data, too, by the model that was found.
+    for again, and show more clearly, until the same effects are found again. What acted is told of held-out data, too,
+    by the model that was found.
 
     Args:
         found: with the commands as sent.
@@ -49,7 +50,7 @@ def without_lost_commands(
         search: finds the effects that recordings show to be missing.
         progress: is told what is being done.
     """
-    as_sent, losses = found, None
+    as_sent, losses, before = found, None, None
     for _ in range(_SEARCHES):
         if found.comparison is None:
             break
@@ -57,10 +58,10 @@ def without_lost_commands(
         now = lost_commands(data, found.comparison.chosen.fit.model, losses and losses.lost)
         if now is None:  # by a model that is nearer to the robot, what was taken for them is something else
             return WithoutLosses(as_sent, split, None)
-        settled = losses is not None and all(np.array_equal(a, b) for a, b in zip(losses.lost, now.lost, strict=True))
-        losses = now
-        if settled:
+        names = found.comparison.chosen.names
+        if losses is not None and (names == before or _are_same(losses, now)):
             break
+        losses, before = now, names
         progress(
             f"{now.record.share:.1%} of the commands were lost; the effects are searched again by those that acted"
         )
@@ -69,6 +70,11 @@ def without_lost_commands(
         return WithoutLosses(as_sent, split, None)
     fitted = tuple(_with(recording, lost) for recording, lost in zip(split.fitted, losses.lost, strict=True))
     return WithoutLosses(found, Split(fitted, _kept_back(found.comparison, split, losses), *split[2:]), losses.record)
+
+
+def _are_same(one: LostFound, other: LostFound) -> bool:
+    """Whether the same commands were lost."""
+    return all(np.array_equal(a, b) for a, b in zip(one.lost, other.lost, strict=True))
 
 
 def _kept_back(comparison: ModelComparison, split: Split, losses: LostFound) -> tuple[Recording, ...]:
