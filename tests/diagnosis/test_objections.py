@@ -19,7 +19,7 @@ from twbal.diagnosis.name import extent_of, first_noise, largest_noise
 from twbal.diagnosis.objections import Extent, Objection, is_doubtful, objections
 from twbal.diagnosis.probable import estimates, probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
-from twbal.diagnosis.select import Selection
+from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
@@ -364,15 +364,25 @@ def test_no_simulation_explains_data_from_which_its_rollouts_stray():
     assert review(Verdict.NONE, (), in_the_air) == (Verdict.NONE, "")
 
 
-def test_a_negligible_effect_does_not_keep_a_likely_one_out_of_the_simulation(paper):
+def test_of_a_set_that_something_speaks_against_the_likely_effects_enter_the_simulation(paper, monkeypatch):
+    taken = []
+
+    def without(problem, of, candidate):
+        taken.append(candidate.name)
+        return of._replace(candidates=tuple(each for each in of.candidates if each is not candidate))
+
+    monkeypatch.setattr(name, "without", without)
+    problem = Problem(None, None, (), (), settings())
     sizes = {"coulomb_friction_torque": 0.3, "motor_lag_time_constant": 0.0}
     both = fitted(paper, ["coulomb_friction", "motor_lag"], sizes)
     likely = [ProbableEffect("coulomb_friction", 0.8, False, {}, (), "")]
-    assert name._is_likely(likely, both, (), settings())
+    assert name._guess(problem, both, likely, ()) is both  # the lag is negligible
     large = fitted(paper, ["coulomb_friction", "motor_lag"], {**sizes, "motor_lag_time_constant": 0.02})
-    assert not name._is_likely(likely, large, (), settings())
+    assert name._guess(problem, large, likely, ()).names == ("coulomb_friction",)
+    assert taken == ["motor_lag"]
     short = Objection("The recordings are short.", is_of_length=True)
-    assert name._is_likely(likely, large, (short,), settings())
-    assert not name._is_likely(likely, large, (short, Objection("Besides.")), settings())
+    assert name._guess(problem, large, likely, (short,)) is large
+    assert name._guess(problem, large, likely, (short, Objection("Besides."))).names == ("coulomb_friction",)
+    assert name._guess(problem, large, [], ()) is None
     only = fitted(paper, ["motor_lag"], {"motor_lag_time_constant": 0.0})
-    assert not name._is_likely(likely, only, (), settings())
+    assert name._guess(problem, only, likely, ()) is None

@@ -116,8 +116,9 @@ def name_effects(
     objected += tuple(outweighed(selection, weights, settings))
     verdict = conclude(selection, objected, statistic, power, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
-    guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, objected, settings)
-    named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
+    named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
+    if verdict is Verdict.UNKNOWN:
+        named = _guess(problem, selection.chosen, effects_found, objected) or selection.base
     nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
     refitted = _filter_result(data, selection.base, effects)
     return Findings(
@@ -262,19 +263,25 @@ def _without_each(
     }
 
 
-def _is_likely(
-    effects: Sequence[ProbableEffect], chosen: FittedHypothesis, objected: Sequence[Objection], settings: Settings
-) -> bool:
-    """Whether a set is worth putting into a simulation although something speaks against it.
+def _guess(
+    problem: Problem, chosen: FittedHypothesis, effects: Sequence[ProbableEffect], objected: Sequence[Objection]
+) -> FittedHypothesis | None:
+    """What is worth putting into a simulation although something speaks against the chosen set.
 
-    Nothing but short recordings does; or no parameter of it is at a bound, and all of its effects but the negligible
-    ones are more likely missing than not.
+    All of it where nothing but short recordings does; else its effects that are more likely missing than not, and the
+    negligible ones, fitted without the others. None where none is left, or a parameter of what is left is at a bound.
     """
     if objected and all(objection.is_of_length for objection in objected):
-        return True
+        return chosen
+    trifles = negligible(chosen, problem.settings)
     likely = {effect.name for effect in effects if effect.probability >= LIKELY}
-    counted = {candidate.name for candidate in chosen.effects} - {c.name for c in negligible(chosen, settings)}
-    return bool(counted) and not chosen.at_bound and counted <= likely
+    if not any(each.name in likely and each not in trifles for each in chosen.effects):
+        return None
+    guess = chosen
+    for candidate in chosen.effects:
+        if candidate.name not in likely and candidate not in trifles:
+            guess = without(problem, guess, candidate)
+    return None if guess.at_bound else guess
 
 
 def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:
