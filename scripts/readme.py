@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))  # `benchmarks` is not installed
 
 from benchmarks.agreement.tables import agreement  # noqa: E402
-from benchmarks.calibration.tables import calibration_table  # noqa: E402
+from benchmarks.calibration.tables import calibration_table, other_robots_reliability  # noqa: E402
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.effects_shown.tables import effects_shown  # noqa: E402
@@ -154,6 +154,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "mending": mending,
     **OTHER_ROBOTS,
     "calibration": calibration_table,
+    "other_robots_reliability": other_robots_reliability,
     "effects_shown": effects_shown,
     **WHAT_NEXT,
     "agreement": agreement,

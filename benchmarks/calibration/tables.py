@@ -1,10 +1,10 @@
-"""The correction of probabilities as a table."""
+"""Tables of the correction of probabilities, and of how often corrected ones proved right."""
 
 from collections.abc import Mapping
 from typing import Any
 
-from benchmarks.other_robots.tables import share
-from twbal.diagnosis.calibration import Objected, calibration
+from benchmarks.other_robots.tables import LEAST, share
+from twbal.diagnosis.calibration import Objected, calibration, reliability
 
 _SURE = 0.9  # probability before its correction, from which on an effect counts as sure
 _WHAT = {
@@ -30,4 +30,16 @@ def calibration_table(records: Mapping[str, Any]) -> list[str]:
         ]
         half, one = (calibration().corrected(p, kind) for p in (0.5, 1.0))
         lines.append(f"| {text} | {share(sure)} | {half:.2f} | {one:.2f} |")
+    return lines
+
+
+def other_robots_reliability(results: Mapping[str, Any]) -> list[str]:
+    """How often effects were there, by the range of the probability that was said: a reliability diagram."""
+    pairs = [
+        (s["probability"], s["right"]) for row in results["sets"] for s in row["said"] if s["probability"] >= LEAST
+    ]
+    lines = ["| probability said | effects | mean of it | share that was there |", "|---|---|---|---|"]
+    for each in reliability([p for p, _ in pairs], [right for _, right in pairs]):
+        there = share([True] * round(each.right * each.pairs) + [False] * round((1.0 - each.right) * each.pairs))
+        lines.append(f"| {each.low:.1f}-{each.high:.1f} | {each.pairs} | {each.said:.2f} | {there} |")
     return lines

@@ -9,7 +9,6 @@ import numpy as np
 from scipy.stats import beta
 
 from benchmarks.other_robots.robots import ITEMS
-from twbal.diagnosis.calibration import reliability
 
 Row = Mapping[str, Any]
 NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
@@ -62,18 +61,6 @@ def _head(first: str) -> list[str]:
 def other_robots_figures(results: Mapping[str, Any]) -> list[str]:
     """Intervals, calibration and time."""
     return ["| figure | value |", "|---|---|", *(f"| {k} | {v} |" for k, v in figures(results["sets"]).items())]
-
-
-def other_robots_reliability(results: Mapping[str, Any]) -> list[str]:
-    """How often effects were there, by the range of the probability that was said: a reliability diagram."""
-    pairs = [
-        (s["probability"], s["right"]) for row in results["sets"] for s in row["said"] if s["probability"] >= LEAST
-    ]
-    lines = ["| probability said | effects | mean of it | share that was there |", "|---|---|---|---|"]
-    for each in reliability([p for p, _ in pairs], [right for _, right in pairs]):
-        there = share([True] * round(each.right * each.pairs) + [False] * round((1.0 - each.right) * each.pairs))
-        lines.append(f"| {each.low:.1f}-{each.high:.1f} | {each.pairs} | {each.said:.2f} | {there} |")
-    return lines
 
 
 def other_robots_effects(results: Mapping[str, Any]) -> list[str]:
@@ -209,7 +196,6 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "other_robots_splits": other_robots_splits,
     "other_robots_severities": other_robots_severities,
     "other_robots_figures": other_robots_figures,
-    "other_robots_reliability": other_robots_reliability,
     "other_robots_effects": other_robots_effects,
     "other_robots_lost": other_robots_lost,
     "other_robots_sensors": other_robots_sensors,

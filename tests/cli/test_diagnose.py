@@ -61,8 +61,10 @@ def diagnosed(measured, tmp_path_factory):
 def test_the_missing_effect_is_named_with_its_size(diagnosed):
     record = json.loads((diagnosed / "diagnosis.json").read_text())
     assert record["verdict"] == "named"
-    (effect,) = record["effects"]
+    effect, *others = record["effects"]
     assert effect["name"] == "dead_zone"
+    assert effect["probability"] > 0.9
+    assert all(other["probability"] < 0.1 for other in others)
     assert effect["parameters"]["width"]["value"] == pytest.approx(1.0, rel=0.05)
 
 
@@ -83,7 +85,13 @@ def test_the_augmented_simulation_has_it_and_any_stage_takes_it(diagnosed, tmp_p
 
 def test_report_and_pictures_are_there(diagnosed):
     assert "dead zone" in (diagnosed / "report.html").read_text()
-    assert {p.stem for p in (diagnosed / "figures").glob("*.svg")} == {"where", "rivals", "gap", "whiteness"}
+    assert {p.stem for p in (diagnosed / "figures").glob("*.svg")} == {
+        "where",
+        "rivals",
+        "reliability",
+        "gap",
+        "whiteness",
+    }
 
 
 def test_with_the_effect_in_the_simulation_nothing_is_missing(measured, diagnosed, tmp_path):

@@ -84,7 +84,7 @@ def test_no_other_set_takes_the_place(other, ended):
 def test_the_set_whose_place_was_taken_keeps_its_weight(ended_selection):
     selection = ended_selection(hypothesis(506.0, "dead_zone", "motor_lag"))
     assert selection.chosen.names == ("dead_zone", "motor_lag")
-    assert probabilities(selection, SETTINGS)[CHOSEN.names] > 0.2
+    assert probabilities(selection, SETTINGS)[CHOSEN.names] == pytest.approx(1.0 / (1.0 + np.exp(6.0 / 4.0)), rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -113,8 +113,8 @@ def outweighed(*others):
 def test_what_most_of_the_weight_does_without_is_objected_to():
     (objection,) = outweighed(hypothesis(520.0, "coulomb_friction", "dead_zone", "motor_lag", value=0.9999))
     assert objection.effects == ("actuation_delay",)
-    text = "Sets of effects without the actuation delay are together likelier (76%)"
-    assert objection.text == f"{text}; the likeliest of them is coulomb friction, dead zone, motor lag (76%)."
+    text = "Sets of effects without the actuation delay are together likelier (95%)"
+    assert objection.text == f"{text}; the likeliest of them is coulomb friction, dead zone, motor lag (95%)."
 
 
 def test_the_likeliest_set_without_an_effect_is_told_and_not_one_that_holds_it():

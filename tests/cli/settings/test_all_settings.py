@@ -21,6 +21,7 @@ MAY_BE_NEGATIVE = (
     "*.angle",
     "*.phase",
     "*.gyro_bias.rate",
+    "*.cable_spring.anchor_*",
     "*.tilt_filter.lead",
     "*.unequal_motors.share",
     "model.*.log_mean",
