@@ -289,6 +289,8 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.hidden_robots family=hard": Benchmark(),
     "python -m benchmarks.hidden_robots family=hard recipe=identified": Benchmark(),
     "python -m benchmarks.hidden_robots.reached": Benchmark(),
+    "python -m benchmarks.hidden_robots.ahead": Benchmark(),
+    "python -m benchmarks.calibration": Benchmark(),
     "python -m benchmarks.hidden_robots family=moderate recipe=pilco": Benchmark(),
     "python -m benchmarks.hidden_robots.reproduced family=hard": Elsewhere(
         ("tests/benchmarks/test_reproduced.py", "reproduced(run)"), "runs all commands of finished runs"
