@@ -102,9 +102,8 @@ def name_effects(
     selection = _search(problem, progress)
     weights = probabilities(selection, settings)
     differences = allowed_differences(problem, selection.chosen)
-    temperature = temperature_of(selection, settings)
-    comparison = compare_models(problem, selection, weights, temperature, differences)
-    power = _power(problem, selection, temperature)
+    comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
+    power = _power(problem, selection)
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
@@ -143,9 +142,10 @@ def name_effects(
     )
 
 
-def _power(problem: Problem, selection: Selection, temperature: float) -> tuple[DetectionPower, ...]:
+def _power(problem: Problem, selection: Selection) -> tuple[DetectionPower, ...]:
     """What the recordings would have shown of the effects that the chosen set does not have."""
     chosen, data = selection.chosen, problem.data
+    temperature = temperature_of(selection, problem.settings)
     beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
     scored = beside[-1] if beside else score_candidates(data, chosen.fit, problem.beside(chosen))
     return detection_power(scored, chosen, data.count, temperature, log_prior_odds(problem.settings))
