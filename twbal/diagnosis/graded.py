@@ -39,7 +39,12 @@ def widened(effects: Sequence[ProbableEffect], head: Gap | None) -> tuple[Probab
 
     Arguments as of `with_shares`.
     """
-    scale, found = 1.0 if head is None else head.interval_scale, list[ProbableEffect]()
+    return widened_by(effects, 1.0 if head is None else head.interval_scale)
+
+
+def widened_by(effects: Sequence[ProbableEffect], scale: float) -> tuple[ProbableEffect, ...]:
+    """Effects with intervals so many times as wide, but within what a robot can have."""
+    found = list[ProbableEffect]()
     for effect in effects:
         known = parameters_of(library()[effect.name]) if effect.name in library() else {}
         ends = {name: (p.least, p.below) for name, p in known.items()}

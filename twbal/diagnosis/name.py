@@ -15,6 +15,7 @@ from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
+from twbal.diagnosis.graded import widened_by
 from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import with_likeliest
@@ -67,6 +68,7 @@ QUIETEST = (1e-3, 0.0, 0.0, 0.0)
 
 A tilt that adds up the gyro agrees with it to much less than this, but is no truer.
 """
+_PARTIAL = 2.0  # times as wide are intervals where rollouts that widen them lack effects of the set they are of
 _ITERATIONS = 50  # at most, of the fit that puts the wheels back to the data sheet
 
 
@@ -117,7 +119,7 @@ def name_effects(
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     if verdict is Verdict.UNKNOWN:
-        named = _guess(problem, selection.chosen, effects_found, objected) or selection.base
+        named, effects_found = _guessed(problem, selection, effects_found, objected)
     nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
     refitted = _filter_result(data, selection.base, effects)
     return Findings(
@@ -282,6 +284,15 @@ def _guess(
         if candidate.name not in likely and candidate not in trifles:
             guess = without(problem, guess, candidate)
     return None if guess.at_bound else guess
+
+
+def _guessed(
+    problem: Problem, selection: Selection, effects: tuple[ProbableEffect, ...], objected: Sequence[Objection]
+) -> tuple[FittedHypothesis, tuple[ProbableEffect, ...]]:
+    """What enters the simulation after `unknown`, and the effects, less sure where that is a part of the chosen set."""
+    guess = _guess(problem, selection.chosen, effects, objected)
+    is_partial = guess is not None and len(guess.candidates) < len(selection.chosen.candidates)
+    return guess or selection.base, widened_by(effects, _PARTIAL) if is_partial else effects
 
 
 def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:
