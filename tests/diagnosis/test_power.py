@@ -7,10 +7,11 @@ from synthetic_recordings import NOISE, synthetic_recording
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import fit_hypothesis
-from twbal.diagnosis.power import detection_power, gains_at
+from twbal.diagnosis.power import detection_power, gains_at, slope_excess
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
+from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 
@@ -38,14 +39,36 @@ def test_effects_are_found_as_often_as_was_said(paper, name, size):
     for seed in range(RECORDINGS):
         data, base = fitted(paper, {}, 100 + seed)
         scored = score_candidates(data, base.fit, [candidate])
-        (power,) = detection_power(scored, base, data.count, TEMPERATURE, LOG_ODDS, shares=(size,))
+        (power,) = detection_power(scored, base, data, TEMPERATURE, LOG_ODDS, shares=(size,))
         said += power.sizes[0].probability / RECORDINGS
     for seed in range(ROBOTS):
         _, without = fitted(paper, effects, seed)
         _, present = fitted(paper, effects, seed, (candidate,))
         found += without.bic - present.bic > -2.0 * TEMPERATURE * LOG_ODDS
     assert 0.2 < said < 0.8
-    assert abs(found / ROBOTS - said) < 0.3  # two standard errors of the share, and 0.15
+    assert abs(found / ROBOTS - said) < 3.0 * np.sqrt(said * (1.0 - said) / ROBOTS)
+
+
+@pytest.mark.parametrize("channels", [1, 4])
+def test_squared_slopes_exceed_the_gain_by_what_normal_errors_show(channels):
+    """Of a small shift of 100,000 normal errors that were drawn, by the likelihood itself."""
+    rng, shift = np.random.default_rng(5), 0.02
+    errors = np.zeros((100_001, 4))
+    errors[:, :channels] = rng.normal(size=(100_001, channels))
+    moved, back = errors.copy(), errors.copy()
+    moved[:, 0] += shift
+    back[:, 0] -= shift
+    whiteners, usable = np.eye(4)[None], np.ones(len(errors), bool)
+    white, after, before = (whiten(each, usable, whiteners, channels) for each in (errors, moved, back))
+    gain = 0.5 * float((after**2).sum() + (before**2).sum()) - float((white**2).sum())
+    assert slope_excess(channels) == pytest.approx(float(((after - white) ** 2).sum()) / gain, rel=0.02)
+
+
+def test_what_would_gain_without_end_is_sure_to_be_found():
+    gains = gains_at({0.5: 4.0, 1.0: np.inf}, np.array([0.25, 1.0, 2.0]))
+    assert np.isfinite(gains).all()
+    assert gains[0] == pytest.approx(1.0)
+    assert gains[1] >= 1e12
 
 
 def test_gains_grow_with_the_square_of_a_size():

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.model_comparison import ModelComparison
-from twbal.diagnosis.record import DetectionPower, ProbableEffect, ResidualAutocorrelation, Rival, Shift, Verdict
+from twbal.diagnosis.power_record import DetectionPower
+from twbal.diagnosis.record import ProbableEffect, ResidualAutocorrelation, Rival, Shift, Verdict
 from twbal.sysid.noise import NoiseModel
 
 Effects = Mapping[str, Mapping[str, float]]

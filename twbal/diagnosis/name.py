@@ -31,10 +31,10 @@ from twbal.diagnosis.objections import (
     pulls_the_data_sheet,
 )
 from twbal.diagnosis.power import detection_power
+from twbal.diagnosis.power_record import DetectionPower
 from twbal.diagnosis.probable import Weights, outweighed, probable_effects
 from twbal.diagnosis.record import (
     LIKELY,
-    DetectionPower,
     ProbableEffect,
     ResidualAutocorrelation,
     Rival,
@@ -150,7 +150,7 @@ def _power(problem: Problem, selection: Selection) -> tuple[DetectionPower, ...]
     temperature = temperature_of(selection, problem.settings)
     beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
     scored = beside[-1] if beside else score_candidates(data, chosen.fit, problem.beside(chosen))
-    return detection_power(scored, chosen, data.count, temperature, log_prior_odds(problem.settings))
+    return detection_power(scored, chosen, data, temperature, log_prior_odds(problem.settings))
 
 
 def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:

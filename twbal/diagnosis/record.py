@@ -10,6 +10,7 @@ from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.motor_difference_record import MotorDifference
+from twbal.diagnosis.power_record import DetectionPower
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
 """Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
@@ -112,53 +113,13 @@ class ProbableEffect:
     objected: Objected = Objected.NOTHING
 
 
-class SizePower(NamedTuple):
-    """The probability that an effect of one size would have been found.
-
-    Attributes:
-        share: of its usual size.
-        value: of its first parameter.
-        probability: that it would have been found.
-    """
-
-    share: float
-    value: float
-    probability: float
-
-
-class DetectionPower(NamedTuple):
-    """What the recordings would have shown of an effect that is in no set that was chosen.
-
-    Attributes:
-        name: of the effect.
-        parameter: its first one, whose values are said.
-        unit: of the parameter; "" for a plain number.
-        usual: value at the usual size.
-        least: smallest value that would have been found with a probability of 80 %; None where no size that was tried
-            would.
-        sizes: probabilities by size.
-    """
-
-    name: str
-    parameter: str
-    unit: str
-    usual: float
-    least: float | None
-    sizes: tuple[SizePower, ...]
-
-    @property
-    def at_usual(self) -> float:
-        """Probability that it would have been found at its usual size."""
-        return next(size.probability for size in self.sizes if size.share == 1.0)
-
-
 class Rival(NamedTuple):
     """A candidate that was weighed.
 
     Attributes:
         names: effects it holds, sorted; () is the data sheet refitted.
         score: twice the log likelihood it gains over the data sheet alone, less its parameters' price [nats].
-        probability: calibrated.
+        probability: as sets compare with each other (`verdict.probabilities`).
         autocorrelation: of the residuals it leaves; 1 is that of white ones.
     """
 
