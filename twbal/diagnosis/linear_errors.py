@@ -19,12 +19,12 @@ from twbal.diagnosis.free_form_candidates import (
 )
 from twbal.planar.constants import constants
 from twbal.sysid.kalman import Filter, LinearPlanarModel, first_reading, respond_each
+from twbal.sysid.likelihood import TAIL
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise_fit import refilter
 from twbal.sysid.smooth_function import Smooth, smooth_over
 from twbal.sysid.smooth_regression import Projected, projected
 
-_TAIL = 10.0  # degrees of freedom of the errors, as of `sysid.likelihood`
 _CONSTANTS = (0.1, 0.1, 0.05)  # prior of constants: torques over the torque limit, and the tilt [rad]
 _RIDGE = 1e-6  # of values without a prior, over their ranges, as of `sysid.intervals`
 
@@ -165,7 +165,7 @@ def weights_of(data: Data, kalman: Filter, errors: Sequence[Array]) -> list[Arra
         W = kalman.whiteners[np.minimum(np.arange(len(each)), len(kalman.whiteners) - 1)]
         squares = ((W @ each[:, :, None])[:, :, 0] ** 2).sum(axis=1)
         counts = usable & (np.arange(len(each)) > 0)
-        weights = counts * (_TAIL + kalman.measured) / (_TAIL - 2.0 + squares)
+        weights = counts * (TAIL + kalman.measured) / (TAIL - 2.0 + squares)
         power, count = power + float(weights @ squares), count + kalman.measured * int(counts.sum())
         found.append(weights)
     return [np.sqrt(weights * count / power) for weights in found]
