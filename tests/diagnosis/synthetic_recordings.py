@@ -32,8 +32,8 @@ def excitation(robot, periods, rng):
     return unit * (0.4 * waves + 1.5 * binary), 0.6 * np.sign(swing) * (np.abs(swing) > 0.3)
 
 
-def synthetic_recording(robot, effects, seed, periods=2000, still=False, tolerance=0.03):
-    """A recording of the robot with effects, its data sheet off by up to the tolerance."""
+def synthetic_recording(robot, effects, seed, periods=2000, still=False, tolerance=0.03, torque_noise=0.0):
+    """A recording of the robot with effects, its data sheet off by up to the tolerance; torques have noise [N·m]."""
     rng = np.random.default_rng(seed)
     true = {name: {key: 1 + tolerance * rng.uniform(-1, 1)} for name, key in SHEET.items()}
     plant = PlanarPlant(
@@ -52,7 +52,7 @@ def synthetic_recording(robot, effects, seed, periods=2000, still=False, toleran
         speed = robot.wheel_radius * (seen.wheel_rate + seen.tilt_rate)
         command = torque - gain @ [seen.tilt, seen.tilt_rate, speed - wanted]
         commands.append(float(np.clip(command, -robot.torque_limit, robot.torque_limit)))
-        rows.append(plant.step(commands[-1]))
+        rows.append(plant.step(commands[-1] + torque_noise * rng.normal()))
     seen = np.array(rows)
     still_going = np.ones(len(seen), bool)
     return Recording(

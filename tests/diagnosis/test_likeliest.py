@@ -4,10 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
+from diagnosis_settings import SETTINGS
 
-from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis import likeliest, probable, select
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
@@ -15,7 +13,6 @@ from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.model import FreeParameter
 from twbal.sysid.prediction_error_fit import Fit
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 COLOUR = 2.0
 SIZE = CandidateParameter("size", "", 0.0, 1.0, 0.5, 0.0)
 

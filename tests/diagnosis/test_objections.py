@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from diagnosis_settings import LEAST_SCORES
 from hydra import compose
 from hydra.utils import instantiate
 from synthetic_recordings import synthetic_recording
@@ -35,7 +36,8 @@ ROUGH = "diagnosis.tolerances.data_sheet=0.15"
 
 def settings(*words):
     with composing():
-        return instantiate(compose("diagnose", ["episodes=e", *words]).diagnosis)
+        found = instantiate(compose("diagnose", ["episodes=e", *words]).diagnosis)
+    return replace(found, least_scores=LEAST_SCORES)
 
 
 def fitted(robot, names, values, total=0.0, words=()):
@@ -298,7 +300,7 @@ def advice_of(paper, *others):
     base = fitted(paper, [], {}, 1000.0)
     chosen = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3}, 500.0)
     selection = Selection(base, (Round(base, [], [chosen]), Round(chosen, [], list(others))), chosen)
-    return " ".join(advise(selection, (), 0.0, (), Verdict.NAMED, settings()))
+    return " ".join(advise(selection, (), 0.0, (), None, Verdict.NAMED, settings()))
 
 
 def test_one_more_effect_is_asked_for_by_sets_with_one_more_alone(paper):
@@ -315,10 +317,10 @@ def test_values_of_the_data_sheet_that_are_off_are_listed_with_their_factors(pap
     values = {"coulomb_friction_torque": 0.3, "body_mass_factor": 1.12, "com_height_factor": 0.95}
     chosen = fitted(paper, ["coulomb_friction"], values)
     selection = Selection(fitted(paper, [], {}, 500.0), (Round(chosen, [], []),), chosen)
-    far = " ".join(advise(selection, (), 0.0, (), Verdict.NAMED, settings()))
+    far = " ".join(advise(selection, (), 0.0, (), None, Verdict.NAMED, settings()))
     assert "tolerances of 3%: body mass x 1.12 (+4.0 tolerances)." in far
     near = chosen._replace(fit=chosen.fit._replace(model=chosen.fit.model.put({"body_mass_factor": 1.06})))
-    exceeds_tolerances = " ".join(advise(selection._replace(chosen=near), (), 1e3, (), Verdict.NAMED, settings()))
+    exceeds_tolerances = " ".join(advise(selection._replace(chosen=near), (), 1e3, (), None, Verdict.NAMED, settings()))
     assert "body mass x 1.06 (+2.0 tolerances), com height x 0.95 (-1.7 tolerances)." in exceeds_tolerances
 
 

@@ -5,13 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from diagnosis_settings import SETTINGS
 from hydra import compose
 from hydra.utils import instantiate
-from omegaconf import OmegaConf
 from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
-from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis import name, select, tempered
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -22,7 +21,6 @@ from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.model import Data
 from twbal.sysid.prediction_error_fit import Fit
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 KIN = {"dead_zone": ("coulomb_friction",)}
 COLOUR = 2.0
 MODEL = SimpleNamespace(put=lambda values: values, value=lambda field: 0.5)
@@ -244,7 +242,7 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
         monkeypatch.setattr(name, stage, lambda *arguments, found=found: select.Selection(BASE, (), found))
     monkeypatch.setattr(name, "grown", lambda problem, selection, progress: selection)
     monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
-    found = name._search(problem(), lambda line: None)
+    found = name._search(problem(), BASE, lambda line: None)
     assert (found.chosen is twice) is is_taken
 
 

@@ -4,11 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
+from diagnosis_settings import SETTINGS
 from synthetic_recordings import synthetic_recording
 
-from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
@@ -19,7 +17,6 @@ from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.prediction_error_fit import descend, penalty
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 HIDDEN = {"coulomb_friction": {"torque": 0.4}, "actuation_delay": {"delay": 0.012}}
 
 

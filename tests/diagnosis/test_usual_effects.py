@@ -3,11 +3,9 @@
 from types import SimpleNamespace
 
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
+from diagnosis_settings import SETTINGS
 from synthetic_recordings import synthetic_recording
 
-from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis.advice import OUTWEIGHED, UNEXPLAINED, advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -19,7 +17,6 @@ from twbal.diagnosis.usual_effects import USUAL, search_from_usual
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 HIDDEN = {
     "torque_gain": {"gain": 0.6},
     "com_offset": {"angle": 0.05},
@@ -79,4 +76,4 @@ def test_where_no_usual_effect_may_be_missing_nothing_is_searched(problem):
 )
 def test_that_recordings_are_short_does_not_say_that_nothing_explains_them(objected, opening):
     selection = SimpleNamespace(chosen=None, rounds=[SimpleNamespace(scored=[])])
-    assert advise(selection, objected, 0.0, (), Verdict.UNKNOWN, SETTINGS)[0] == opening
+    assert advise(selection, objected, 0.0, (), None, Verdict.UNKNOWN, SETTINGS)[0] == opening

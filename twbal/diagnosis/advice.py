@@ -7,6 +7,7 @@ from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
+from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
 from twbal.diagnosis.power import unseen
 from twbal.diagnosis.power_record import DetectionPower
@@ -32,6 +33,7 @@ def advise(
     objected: Sequence[Objection],
     statistic: float,
     power: Sequence[DetectionPower],
+    chance: NullScore | None,
     verdict: Verdict,
     settings: Settings,
 ) -> tuple[str, ...]:
@@ -42,6 +44,7 @@ def advise(
         objected: what speaks against its finding.
         statistic: of its data sheet.
         power: what the data would have shown of effects that it does not have.
+        chance: what the best of these effects scores, and what chance makes of it; None of none.
         verdict: that it came to.
         settings: of the diagnosis.
     """
@@ -49,6 +52,8 @@ def advise(
     hidden = unseen(power)
     if verdict is Verdict.UNDECIDED:
         found.append("The recordings are too poor to decide. Record some that tell effects apart, by the next command.")
+    if verdict in (Verdict.UNDECIDED, Verdict.NONE):
+        found += [chance.text] if chance else []
     if verdict in (Verdict.UNDECIDED, Verdict.NONE) and hidden:
         listed = ", ".join(f"{spaced(each.name)} ({each.at_usual:.0%})" for each in hidden)
         found.append(

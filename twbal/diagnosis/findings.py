@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.model_comparison import ModelComparison
+from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.power_record import DetectionPower
 from twbal.diagnosis.record import ProbableEffect, ResidualAutocorrelation, Rival, Shift, Verdict
 from twbal.sysid.noise import NoiseModel
@@ -110,6 +111,8 @@ class Findings:
         named: with what is named too; of an `unknown`, with the likeliest effects where each is more likely missing
             than not and none has a parameter at a bound; else the same as `refitted`.
         power: of effects that the chosen set does not have: how likely they would have been found.
+        null_score: of the best of these effects, and how often chance alone makes one score more; None where no sets
+            were weighed.
     """
 
     verdict: Verdict
@@ -130,6 +133,7 @@ class Findings:
     refitted_data_sheet: tuple[Shift, ...] = ()
     comparison: ModelComparison | None = None
     power: tuple[DetectionPower, ...] = ()
+    null_score: NullScore | None = None
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -74,14 +74,7 @@ class LinearErrors:
 
     def white(self, parts: Sequence[Array]) -> Array:
         """Errors, or columns of them (T + 1, 4, m), whitened, weighted and flat: (N,) or (N, m)."""
-        found = []
-        for part, weights in zip(parts, self.weights, strict=True):
-            rows = np.minimum(np.arange(len(part)), len(self.kalman.whiteners) - 1)
-            W = self.kalman.whiteners[rows] * weights[:, None, None]
-            white = W @ (part[:, :, None] if part.ndim == 2 else part)  # (T + 1, 4, m)
-            found.append(white[1:].reshape(4 * (len(part) - 1), -1))
-        stacked = np.concatenate(found)
-        return stacked[:, 0] if parts[0].ndim == 2 else stacked
+        return whitened(self.kalman, self.weights, parts)
 
     def against(self, left: Sequence[Array]) -> Projected:
         """What the errors say of weights that leave such errors, beside all that is free."""
@@ -109,6 +102,27 @@ class LinearErrors:
         return self.model.put(values)
 
 
+def whitened(kalman: Filter, weights: Sequence[Array], parts: Sequence[Array]) -> Array:
+    """Errors of each recording, or columns of them, whitened, weighted and flat.
+
+    Args:
+        kalman: filter whose errors they are.
+        weights: (T + 1,) of each recording, roots of the instants' weights.
+        parts: (T + 1, 4) or (T + 1, 4, m) of each recording.
+
+    Returns:
+        (N,) or (N, m), without the first instants.
+    """
+    found = []
+    for part, own in zip(parts, weights, strict=True):
+        rows = np.minimum(np.arange(len(part)), len(kalman.whiteners) - 1)
+        W = kalman.whiteners[rows] * own[:, None, None]
+        white = W @ (part[:, :, None] if part.ndim == 2 else part)  # (T + 1, 4, m)
+        found.append(white[1:].reshape(4 * (len(part) - 1), -1))
+    stacked = np.concatenate(found)
+    return stacked[:, 0] if parts[0].ndim == 2 else stacked
+
+
 def linear_errors(
     data: Data, model: Model, free_parameters: Sequence[FreeParameter], kalman: Filter, weights: list[Array]
 ) -> LinearErrors:
@@ -123,7 +137,7 @@ def linear_errors(
     """
     predictions = data.predictions(model, kalman)
     errors = [prediction.errors for prediction in predictions]
-    columns = [_slopes_by(free, data, model, kalman, errors) for free in free_parameters]
+    columns = [slopes_by(free, data, model, kalman, errors) for free in free_parameters]
     precision = np.array([1.0 / free.sd**2 + _RIDGE / (free.high - free.low) ** 2 for free in free_parameters])
     off = np.array([(free.mean - model.value(free.field)) / free.sd**2 for free in free_parameters]) / precision
     limit = float(model.planar.torque_limit)
@@ -143,7 +157,7 @@ def linear_errors(
     return replace(found, slopes=slopes)
 
 
-def _slopes_by(free: FreeParameter, data: Data, model: Model, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
+def slopes_by(free: FreeParameter, data: Data, model: Model, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
     """Derivatives of the errors of each recording by a free value; 0, so that it stays, where predictions diverge."""
     value = model.value(free.field)
     nudges = (free.nudge, -free.nudge) if value + free.nudge <= free.high else (-free.nudge,)

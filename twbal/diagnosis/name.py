@@ -20,6 +20,8 @@ from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import with_likeliest
 from twbal.diagnosis.model_comparison import compare_models
+from twbal.diagnosis.null_distribution import null_distribution, null_score, with_least_scores
+from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.objections import (
     Extent,
     Objection,
@@ -41,7 +43,7 @@ from twbal.diagnosis.record import (
     Verdict,
 )
 from twbal.diagnosis.score_test import score_candidates
-from twbal.diagnosis.select import Problem, Selection, select, without
+from twbal.diagnosis.select import Problem, Selection, refitted, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again, settled
 from twbal.diagnosis.tolerance_test import tolerance_statistic
@@ -101,18 +103,20 @@ def name_effects(
     start = Model(planar, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, planar, len(recordings))
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
-    selection = _search(problem, progress)
+    base, extent = refitted(problem, progress), extent_of(recordings, robot)
+    problem = with_least_scores(problem, base, extent.along())
+    settings = problem.settings
+    selection = _search(problem, base, progress)
     weights = probabilities(selection, settings)
     differences = allowed_differences(problem, selection.chosen)
     comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
-    power = _power(problem, selection)
+    power, chance = _further_effects(problem, selection, extent)
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.thresholds.max_size_difference)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    extent = extent_of(recordings, robot)
     objected = objections(selection.chosen, largest, inconstant, settings, extent)
     objected += tuple(outweighed(selection, weights, settings))
     verdict = conclude(selection, objected, statistic, power, settings)
@@ -121,7 +125,7 @@ def name_effects(
     if verdict is Verdict.UNKNOWN:
         named, effects_found = _guessed(problem, selection, effects_found, objected)
     nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
-    refitted = _filter_result(data, selection.base, effects)
+    fitted = _filter_result(data, selection.base, effects)
     return Findings(
         verdict=verdict,
         effects=effects_found,
@@ -132,34 +136,38 @@ def name_effects(
         autocorrelation=autocorrelation_of(data, nominal, named.fit.model),
         is_autocorrelated=named.autocorrelation > autocorrelation_limit(data.count, settings),
         noise=sensed_values(data, named.fit.model.noise.sensors),
-        advice=advise(selection, objected, statistic, power, verdict, settings),
+        advice=advise(selection, objected, statistic, power, chance, verdict, settings),
         nominal=filter_result_of(data, nominal, effects),
         nominal_errors=one_step_errors(data, nominal, named.fit.model),
-        refitted=refitted,
-        named=refitted if named is selection.base else _filter_result(data, named, effects),
-        without=_without_each(problem, named, refitted, effects),
+        refitted=fitted,
+        named=fitted if named is selection.base else _filter_result(data, named, effects),
+        without=_without_each(problem, named, fitted, effects),
         refitted_data_sheet=shifts_of(selection.base, settings),
         comparison=comparison,
         power=power,
+        null_score=chance,
     )
 
 
-def _power(problem: Problem, selection: Selection) -> tuple[DetectionPower, ...]:
-    """What the recordings would have shown of the effects that the chosen set does not have."""
-    chosen, data = selection.chosen, problem.data
+def _further_effects(
+    problem: Problem, selection: Selection, extent: Extent
+) -> tuple[tuple[DetectionPower, ...], NullScore | None]:
+    """Of effects that the chosen set lacks: what would have shown of them, and what chance makes of the best."""
+    chosen, data, left = selection.chosen, problem.data, problem.beside(selection.chosen)
     temperature = temperature_of(selection, problem.settings)
     beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
-    scored = beside[-1] if beside else score_candidates(data, chosen.fit, problem.beside(chosen))
-    return detection_power(scored, chosen, data, temperature, log_prior_odds(problem.settings))
+    scored = beside[-1] if beside else score_candidates(data, chosen.fit, left)
+    power = detection_power(scored, chosen, data, temperature, log_prior_odds(problem.settings))
+    return power, null_score(null_distribution(data, chosen, left, extent.along()), scored, chosen)
 
 
-def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:
+def _search(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]) -> Selection:
     """The set of effects that fits best, by the first search, and by two others as long as a doubt is left.
 
     Where settings name common effects, the first search began with all of these at once, and there is no third one. A
     set with a parameter at a bound is no finding, so it does not take the place of one that may be.
     """
-    selection, settings = select(problem, progress), problem.settings
+    selection, settings = select(problem, base, progress), problem.settings
     others = (search_again,) if settings.common_effects else (search_again, search_from_usual)
     for search in others if settings.tempered_search else ():
         if not is_doubtful(selection.chosen, settings):
@@ -255,11 +263,11 @@ def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -
 
 
 def _without_each(
-    problem: Problem, named: FittedHypothesis, refitted: FilterResult, already: Effects
+    problem: Problem, named: FittedHypothesis, fitted: FilterResult, already: Effects
 ) -> dict[str, FilterResult]:
     """What a set makes of the recordings without each of its effects, by the name of that effect."""
     if len(named.candidates) == 1:
-        return {effect.name: refitted for effect in named.effects}
+        return {effect.name: fitted for effect in named.effects}
     return {
         effect.name: _filter_result(problem.data, without(problem, named, effect), already) for effect in named.effects
     }

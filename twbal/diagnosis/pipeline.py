@@ -287,6 +287,7 @@ def _diagnosis(
         noise=found.noise,
         advice=found.advice,
         power=found.power,
+        null_score=found.null_score,
     )
 
 

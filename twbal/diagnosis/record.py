@@ -10,6 +10,7 @@ from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.motor_difference_record import MotorDifference
+from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.power_record import DetectionPower
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
@@ -312,6 +313,8 @@ class Diagnosis:
         lost_commands: how many commands did not reach the robot; None where the measurements show none.
         contradicted: whether rollouts on held-out data speak against the fit, so that what was added is no finding.
         power: of effects that the best set does not have: how likely they would have been found, had they been there.
+        null_score: of the best of these effects, and how often chance alone makes one score more; None where no sets
+            were weighed.
     """
 
     verdict: Verdict
@@ -335,6 +338,7 @@ class Diagnosis:
     lost_commands: CommandLoss | None = None
     contradicted: bool = False
     power: tuple[DetectionPower, ...] = ()
+    null_score: NullScore | None = None
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -11,7 +11,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
-from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
@@ -84,12 +84,12 @@ def _fit_briefly(data: Data, fit: Fit, J: Array, scored: ScoredCandidate) -> Sco
     return scored._replace(gain=begin - after.cost, model=after.model)
 
 
-def _values(candidate: Candidate, which: str) -> dict[str, float]:
+def values_of(candidate: Candidate, which: str) -> dict[str, float]:
     """An attribute of a candidate's parameters, by field."""
     return {candidate.field(p): float(getattr(p, which)) for p in candidate.parameters}
 
 
-def _sizes(candidate: Candidate) -> tuple[float, ...]:
+def sizes_of(candidate: Candidate) -> tuple[float, ...]:
     """Shares of the way from none to its start at which a candidate is tried; a limit is tried at ever lower values."""
     size = candidate.parameters[0]
     if not size.is_limit:
@@ -99,7 +99,7 @@ def _sizes(candidate: Candidate) -> tuple[float, ...]:
 
 def _sizes_above(candidate: Candidate, size: float) -> list[float]:
     """Sizes at which a limit is tried between the one that changed something and the one before, evenly by ratio."""
-    sizes = _sizes(candidate)
+    sizes = sizes_of(candidate)
     before = sizes.index(size) - 1
     if before < 0:
         return []
@@ -116,9 +116,9 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with the
     data sheet put back, where the lack of the candidate has pulled it far away.
     """
-    usual = _values(candidate, "start")
+    usual = values_of(candidate, "start")
     start = usual | _tone(data, fit, candidate)
-    none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
+    none, low, high = (values_of(candidate, which) for which in ("none", "low", "high"))
     kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in start]
     frozen, free_parameters = J[:, kept], [fit.free_parameters[i] for i in kept]
     ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in free_parameters])
@@ -139,7 +139,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     start |= _resonance_frequency(data, fit, candidate, start, power_of)
     if candidate.is_wave or candidate.resonance:  # of these, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
-    sizes = [*((0.0,) if own else ()), *_sizes(candidate)]
+    sizes = [*((0.0,) if own else ()), *sizes_of(candidate)]
     is_idle = candidate.parameters[0].is_limit and not own  # nothing that was tried has changed anything
     for size in sizes:
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
@@ -207,6 +207,11 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     return {candidate.field(parameters[name]): number for name, number in fields.items()}
 
 
+def resonance_frequencies(frequency: CandidateParameter) -> list[float]:
+    """At which a resonance is tried."""
+    return [float(each) for each in np.geomspace(frequency.low, frequency.high, _FREQUENCIES)]
+
+
 def _resonance_frequency(
     data: Data, fit: Fit, candidate: Candidate, start: Mapping[str, float], power_of: Callable[[Array], float]
 ) -> dict[str, float]:
@@ -223,13 +228,13 @@ def _resonance_frequency(
     size, field = candidate.parameters[0], candidate.field(frequency)
     small = {candidate.field(size): size.none + _SMALL * (size.start - size.none)}
     best, found = 0.0, frequency.start
-    for value in np.geomspace(frequency.low, frequency.high, _FREQUENCIES):
-        change = data.white(fit.model.put({**start, **small, field: float(value)}), fit.kalman) - fit.white
+    for value in resonance_frequencies(frequency):
+        change = data.white(fit.model.put({**start, **small, field: value}), fit.kalman) - fit.white
         if not np.isfinite(change).all():
             continue
         slope, power = -float(change @ fit.white), power_of(change)
         if slope > 0.0 and power > _IDLE and slope**2 / power > best:
-            best, found = slope**2 / power, float(value)
+            best, found = slope**2 / power, value
     return {field: found}
 
 

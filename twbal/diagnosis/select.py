@@ -116,7 +116,13 @@ class Problem(NamedTuple):
         return best_inside(passing, step.base, self.settings) if passing else None
 
 
-def select(problem: Problem, progress: Callable[[str], None] = lambda line: None) -> Selection:
+def refitted(problem: Problem, progress: Callable[[str], None] = lambda line: None) -> FittedHypothesis:
+    """The data sheet refitted: the set without effects."""
+    progress("refitting the nominal parameters")
+    return problem.fit(problem.start, (), _BASE_ROUNDS)
+
+
+def select(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None] = lambda line: None) -> Selection:
     """Add effects to the data sheet as long as they are worth their penalty.
 
     One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
@@ -124,10 +130,9 @@ def select(problem: Problem, progress: Callable[[str], None] = lambda line: None
 
     Args:
         problem: what is selected from.
+        base: the data sheet refitted.
         progress: is told what is being done, a line at a time.
     """
-    progress("refitting the nominal parameters")
-    base = problem.fit(problem.start, (), _BASE_ROUNDS)
     chosen, rounds = _greedy(problem, base, progress)
     return Selection(base, tuple(rounds), chosen)
 
@@ -206,7 +211,7 @@ def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypot
         return False
     if at_once.at_bound and chosen.candidates and not chosen.at_bound:
         return False
-    margin = settings.thresholds.min_score * min(at_once.autocorrelation, settings.thresholds.max_autocorrelation)
+    margin = settings.least_scores.effect * min(at_once.autocorrelation, settings.thresholds.max_autocorrelation)
     return at_once.bic < chosen.bic + margin or bool(chosen.at_bound and not at_once.at_bound)
 
 
@@ -367,7 +372,7 @@ def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Setti
 
 def _min_score(candidate: Candidate, settings: Settings) -> float:
     """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
-    return settings.thresholds.min_data_sheet_score if candidate.in_data_sheet else settings.thresholds.min_score
+    return settings.least_scores.data_sheet if candidate.in_data_sheet else settings.least_scores.effect
 
 
 def adds_enough(
@@ -403,7 +408,7 @@ def best_inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, s
     passing = [w for w in passing if not w.overriding] or passing
     best = passing[0]
     handicap = max(
-        3.0 * settings.thresholds.min_score * best.autocorrelation,
+        3.0 * settings.least_scores.effect * best.autocorrelation,
         settings.thresholds.min_gain_share * (before.bic - best.bic),
     )
     found = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]

@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import ceil
+from math import ceil, inf
+from typing import NamedTuple
 
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.data_sheet import DATA_SHEET
@@ -53,8 +54,7 @@ class Thresholds:
     Ljung-Box statistic of the residuals over its expectation, 1 for white ones.
 
     Attributes:
-        min_score: of a candidate, from which on it is named.
-        min_data_sheet_score: the same for a value of the data sheet that is off.
+        false_alarm_probability: that chance alone makes the best candidate worth its penalty where none is there.
         min_gain_share: of what the effects named so far gain, that another one must gain beside them.
         min_effect_size: of the start values of its parameters, that an effect must have to be named.
         max_autocorrelation: of residuals after the fix, above which nothing in the library explains the gap.
@@ -70,8 +70,7 @@ class Thresholds:
         equivalence_margin: in score, within which a rival counts as an equivalent.
     """
 
-    min_score: float
-    min_data_sheet_score: float
+    false_alarm_probability: float
     min_gain_share: float
     min_effect_size: float
     max_autocorrelation: float
@@ -82,6 +81,22 @@ class Thresholds:
     max_size_difference: float
     form_error: float
     equivalence_margin: float
+
+
+class LeastScores(NamedTuple):
+    """Scores from which on candidates are worth their penalty (`null_distribution`).
+
+    Attributes:
+        effect: of an effect.
+        data_sheet: of a value of the data sheet.
+    """
+
+    effect: float = inf
+    data_sheet: float = inf
+
+
+NEVER = LeastScores()
+"""Of recordings that are not read yet: no candidate is worth its penalty."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +117,7 @@ class Settings:
         misfit_share: of the best set's gain, which is the temperature where that is more. What effects gain by a form
             that is not quite the robot's grows with the data.
         blocks: into which the data are cut for intervals and held-out gains.
+        least_scores: by the thresholds and the recordings; known once these are read.
     """
 
     tolerances: Tolerances
@@ -116,6 +132,7 @@ class Settings:
     temperature: float
     misfit_share: float
     blocks: int
+    least_scores: LeastScores = NEVER
 
     def for_period(self, period: float, damping_rate: float = 0.0) -> "Settings":
         """The same with no more physics steps of a control period than steps of `_FINEST` take; more in stiff joints.

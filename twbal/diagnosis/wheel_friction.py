@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
-from scipy.special import ndtri, stdtrit
+from scipy.special import fdtri, ndtri, stdtrit
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
@@ -22,7 +22,7 @@ from twbal.diagnosis.filter_result import filter_result_of, one_step_errors
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.name import autocorrelation_of, first_noise, sensed_values
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
-from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.settings import Settings, Thresholds
 from twbal.diagnosis.wheel_turns import WINDOW, Turns, windows_of
 from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.sysid.intervals import interval
@@ -199,13 +199,20 @@ def _standard_error(J: Array) -> float:
     return float(np.sqrt(covariance[-1, -1] + (scale - 1.0) * of_windows))
 
 
+def _least_gain(windows: int, thresholds: Thresholds) -> float:
+    """Gain, less the BIC penalty, from which on the best form of drag is worth it: by Fisher's F distribution."""
+    free = windows - 2
+    F = float(fdtri(1, free, 1.0 - thresholds.false_alarm_probability / len(FORMS)))
+    return windows * float(np.log1p(F / free)) - float(np.log(windows))
+
+
 def _verdict(
     turns: Turns, planar: PlanarParameters, base: _FrictionFit, chosen: _FrictionFit, settings: Settings
 ) -> Verdict:
     """What the fits come to."""
     thresholds = settings.thresholds
     shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
-    if chosen.candidate and base.misfit - chosen.misfit > thresholds.min_score:
+    if chosen.candidate and base.misfit - chosen.misfit > _least_gain(len(turns.windows), thresholds):
         before = float(np.sqrt(np.mean(turns.off_by(planar) ** 2)))
         return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.at_bound else Verdict.UNKNOWN
     if shift > thresholds.max_shift:

@@ -68,8 +68,6 @@ def test_an_old_setting_is_one_error_that_says_the_new_one(words, old, now, caps
 @pytest.mark.parametrize(
     ("old", "now"),
     [
-        ("score", "min_score"),
-        ("sheet", "min_data_sheet_score"),
         ("share", "min_gain_share"),
         ("least", "min_effect_size"),
         ("whiteness", "max_autocorrelation"),
@@ -87,6 +85,14 @@ def test_each_old_threshold_of_a_diagnosis_is_one_error_that_says_the_new_one(pl
     said = refusal(capsys, "diagnose", "episodes=e", f"{plus}diagnosis.lines.{old}=1")
     now = f"diagnosis.thresholds.{now}"
     assert said == f"twbal: error: diagnose has no setting 'diagnosis.lines.{old}' any more: it is called {now!r} now."
+
+
+@pytest.mark.parametrize(
+    "old", ["lines.score", "lines.sheet", "thresholds.min_score", "thresholds.min_data_sheet_score"]
+)
+def test_an_old_least_score_is_one_error_that_says_what_it_follows_from_now(old, capsys):
+    said = refusal(capsys, "diagnose", "episodes=e", f"diagnosis.{old}=30")
+    assert said.endswith("(diagnosis.thresholds.false_alarm_probability).") and "least scores are simulated" in said
 
 
 def test_the_thresholds_by_their_old_group_are_one_error_that_says_the_new_one(capsys):

@@ -14,8 +14,11 @@ DIAGNOSIS = (
     Setting("diagnosis.tolerances.imu_timing", Number(1e-9, 1.0, "s"), "sd by which the IMU may be late"),
     Setting("diagnosis.tolerances.angle_timing", Number(1e-9, 1.0, "s"), "sd of angles read before or after rates"),
     Setting("diagnosis.tolerances.tilt_offset", Number(0.0, 1.5, "rad"), "sd of each recording's tilt; 0: no offset"),
-    Setting("diagnosis.thresholds.min_score", _SCORE, "score from which an effect is named"),
-    Setting("diagnosis.thresholds.min_data_sheet_score", _SCORE, "score from which a data-sheet value is off"),
+    Setting(
+        "diagnosis.thresholds.false_alarm_probability",
+        Number(1e-3, 0.5),
+        "that chance makes the best effect worth its penalty",
+    ),
     Setting(
         "diagnosis.thresholds.min_gain_share", _SHARE, "least gain of one more effect, as a share of the gain so far"
     ),

@@ -10,6 +10,11 @@ _CREDENCE = (
     *(f"diagnosis.credence.{name}" for name in ("objected_effect", "objected_set", "incomplete_set")),
 )
 
+_LEAST_SCORES = (
+    *("diagnosis.lines.score", "diagnosis.lines.sheet"),
+    *("diagnosis.thresholds.min_score", "diagnosis.thresholds.min_data_sheet_score"),
+)
+
 SETTINGS = {
     "linear_policy": "lqr",
     "variants": "ensemble",
@@ -58,8 +63,7 @@ SETTINGS = {
     "diagnosis.leave_out": "diagnosis.exclude",
     "diagnosis.most_effects": "diagnosis.max_effects",
     "diagnosis.lines": "diagnosis.thresholds",
-    "diagnosis.lines.score": "diagnosis.thresholds.min_score",
-    "diagnosis.lines.sheet": "diagnosis.thresholds.min_data_sheet_score",
+    **dict.fromkeys(_LEAST_SCORES, "diagnosis.thresholds.false_alarm_probability"),
     "diagnosis.lines.share": "diagnosis.thresholds.min_gain_share",
     "diagnosis.lines.least": "diagnosis.thresholds.min_effect_size",
     "diagnosis.lines.whiteness": "diagnosis.thresholds.max_autocorrelation",
@@ -96,11 +100,20 @@ IN_SECONDS = ("success.duration", "success.settle_time")
 """What was in control periods under its earlier name."""
 
 
-INSTEAD = dict.fromkeys(
-    ("diagnosis.best_guess", "diagnosis.apply_if_unknown"),
-    "effects that are more likely missing than not always enter augmented.yaml now",
-) | dict.fromkeys(
-    _CREDENCE, "how likely an effect is although something speaks against it was fitted to robots with a known truth"
+INSTEAD = (
+    dict.fromkeys(
+        ("diagnosis.best_guess", "diagnosis.apply_if_unknown"),
+        "effects that are more likely missing than not always enter augmented.yaml now",
+    )
+    | dict.fromkeys(
+        _CREDENCE,
+        "how likely an effect is although something speaks against it was fitted to robots with a known truth",
+    )
+    | dict.fromkeys(
+        _LEAST_SCORES,
+        "least scores are simulated for the recordings, by the probability of a false alarm "
+        "(diagnosis.thresholds.false_alarm_probability)",
+    )
 )
 """What happens now without a setting that has gone."""
 
