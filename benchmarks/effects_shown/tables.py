@@ -7,7 +7,7 @@ from typing import Any
 from benchmarks.other_robots.tables import STRATA, share
 
 MIN_SCORE = 20.0
-"""From which on a diagnosis names an effect (`thresholds.min_score`)."""
+"""From which on an effect is shown: clearly more than chance makes the best effect score."""
 MAX_AUTOCORRELATION = 8.0
 """Residual autocorrelation above which a diagnosis stays `unknown` (`thresholds.max_autocorrelation`)."""
 

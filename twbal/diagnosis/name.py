@@ -20,7 +20,7 @@ from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import with_likeliest
 from twbal.diagnosis.model_comparison import compare_models
-from twbal.diagnosis.null_distribution import null_distribution, null_score, with_least_scores
+from twbal.diagnosis.null_distribution import null_distribution, null_score
 from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.objections import (
     Extent,
@@ -97,14 +97,12 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     planar = planar_parameters(robot, effects)
-    largest = largest_noise(robot)
-    data = Data(recordings, settings.substeps, largest, QUIETEST)
+    data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(planar, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, planar, len(recordings))
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
-    base, extent = refitted(problem, progress), extent_of(recordings, robot)
-    problem = with_least_scores(problem, base, extent.along())
+    problem, base, extent = _against_chance(problem, robot, progress)
     settings = problem.settings
     selection = _search(problem, base, progress)
     weights = probabilities(selection, settings)
@@ -114,11 +112,9 @@ def name_effects(
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
-    inconstant = inconstant_effects(data, selection.chosen, settings.thresholds.max_size_difference)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    objected = objections(selection.chosen, largest, inconstant, settings, extent)
-    objected += tuple(outweighed(selection, weights, settings))
+    objected = _objected(problem, selection, weights, extent)
     verdict = conclude(selection, objected, statistic, power, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
@@ -147,6 +143,24 @@ def name_effects(
         power=power,
         null_score=chance,
     )
+
+
+def _against_chance(
+    problem: Problem, robot: RobotParameters, progress: Callable[[str], None]
+) -> tuple[Problem, FittedHypothesis, Extent]:
+    """The problem with least scores by what chance makes of one, the data sheet refitted, and how far the data go."""
+    base, extent = refitted(problem, progress), extent_of(problem.data.recordings, robot)
+    null = null_distribution(problem.data, base, problem.beside(base), extent.along())
+    return problem._replace(settings=problem.settings.held_against(null.exceeded_with)), base, extent
+
+
+def _objected(problem: Problem, selection: Selection, weights: Weights, extent: Extent) -> tuple[Objection, ...]:
+    """What speaks against the chosen set."""
+    data, chosen, settings = problem.data, selection.chosen, problem.settings
+    inconstant = inconstant_effects(data, chosen, settings.thresholds.max_size_difference)
+    assert data.loudest is not None  # as `name_effects` made them
+    found = objections(chosen, data.loudest, inconstant, settings, extent)
+    return (*found, *outweighed(selection, weights, settings))
 
 
 def _further_effects(

@@ -16,7 +16,6 @@ Errors of real robots stay autocorrelated. As scores are gains over the residual
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -28,7 +27,6 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, bic_penalty
 from twbal.diagnosis.linear_errors import slopes_by, weights_of, whitened
 from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.score_test import ScoredCandidate, resonance_frequencies, sizes_of, values_of
-from twbal.diagnosis.select import Problem
 from twbal.diagnosis.settings import LeastScores
 from twbal.sysid.model import Data
 
@@ -68,20 +66,6 @@ class _Directions(NamedTuple):
 
     candidate: Candidate
     rows: Array
-
-
-def with_least_scores(problem: Problem, base: FittedHypothesis, along: Mapping[str, float]) -> Problem:
-    """A selection's problem with the least scores of its candidates.
-
-    Args:
-        problem: what is selected from.
-        base: the data sheet refitted.
-        along: as of `null_distribution`.
-    """
-    settings = problem.settings
-    null = null_distribution(problem.data, base, problem.beside(base), along)
-    least = null.exceeded_with(settings.thresholds.false_alarm_probability)
-    return problem._replace(settings=replace(settings, least_scores=least))
 
 
 def null_distribution(

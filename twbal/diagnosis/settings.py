@@ -1,6 +1,6 @@
 """What a diagnosis takes for granted, and its thresholds."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil, inf
 from typing import NamedTuple
@@ -133,6 +133,10 @@ class Settings:
     misfit_share: float
     blocks: int
     least_scores: LeastScores = NEVER
+
+    def held_against(self, exceeded_with: Callable[[float], LeastScores]) -> "Settings":
+        """The same with least scores, by what gives those that chance exceeds with a probability."""
+        return replace(self, least_scores=exceeded_with(self.thresholds.false_alarm_probability))
 
     def for_period(self, period: float, damping_rate: float = 0.0) -> "Settings":
         """The same with no more physics steps of a control period than steps of `_FINEST` take; more in stiff joints.
