@@ -75,7 +75,7 @@ def test_best_scores_of_recordings_without_effects_are_as_they_were_drawn(paper,
     ranks = []
     for seed in range(ROBOTS):
         data, base = refitted(paper, {}, 300 + seed)
-        drawn = null.null_distribution(data, base, some, {}).effects
+        drawn = null.null_distribution(data, base, some, {}, 1.0).effects
         ranks.append(float(np.mean(drawn < best_by_least_squares(data, base, some))))
     assert np.mean(ranks) == pytest.approx(0.5, abs=3.0 * (1.0 / 12.0 / ROBOTS) ** 0.5)
     assert np.mean(np.array(ranks) > 0.9) < 0.1 + 3.0 * (0.09 / ROBOTS) ** 0.5
@@ -97,7 +97,7 @@ def test_the_best_of_many_frequencies_is_as_good_as_in_white_series():
 
 def test_an_effect_that_is_there_scores_more_than_chance_makes_one_score(paper, some):
     data, base = refitted(paper, {"viscous_friction": {"coefficient": 0.2}}, 7)
-    drawn = null.null_distribution(data, base, some, {})
+    drawn = null.null_distribution(data, base, some, {}, 1.0)
     found = null.null_score(drawn, score_candidates(data, base.fit, some), base)
     assert found.name == "viscous_friction" and found.p_value == pytest.approx(1e-4, rel=0.01)
     assert found.score > drawn.exceeded_with(1e-3).effect > found.high > found.median
@@ -106,8 +106,16 @@ def test_an_effect_that_is_there_scores_more_than_chance_makes_one_score(paper, 
 
 def test_the_same_recordings_have_the_same_least_scores(paper, some):
     data, base = refitted(paper, {}, 8)
-    one, other = (null.null_distribution(data, base, some, {}).exceeded_with(0.01) for _ in range(2))
+    one, other = (null.null_distribution(data, base, some, {}, 1.0).exceeded_with(0.01) for _ in range(2))
     assert one == other and one.effect > 0.0
+
+
+def test_errors_of_form_make_least_scores_higher(paper, some):
+    data, base = refitted(paper, {}, 8)
+    few = [each for each in some if len(each.parameters) == 1]
+    (penalty,) = {bic_penalty([each], data.count) for each in few}
+    one, twice = (null.null_distribution(data, base, few, {}, t).effects for t in (1.0, 2.0))
+    np.testing.assert_allclose(twice, 2.0 * one + penalty)
 
 
 def test_no_candidate_is_worth_its_penalty_below_a_score_of_nought():
@@ -117,5 +125,5 @@ def test_no_candidate_is_worth_its_penalty_below_a_score_of_nought():
 
 def test_where_no_further_effect_is_weighed_there_is_no_score(paper):
     data, base = refitted(paper, {}, 8)
-    drawn = null.null_distribution(data, base, [], {})
+    drawn = null.null_distribution(data, base, [], {}, 1.0)
     assert null.null_score(drawn, [], base) is None and drawn.exceeded_with(0.01) == (0.0, 0.0)

@@ -150,8 +150,9 @@ def _against_chance(
 ) -> tuple[Problem, FittedHypothesis, Extent]:
     """The problem with least scores by what chance makes of one, the data sheet refitted, and how far the data go."""
     base, extent = refitted(problem, progress), extent_of(problem.data.recordings, robot)
-    null = null_distribution(problem.data, base, problem.beside(base), extent.along())
-    return problem._replace(settings=problem.settings.held_against(null.exceeded_with)), base, extent
+    settings, left = problem.settings, problem.beside(base)
+    null = null_distribution(problem.data, base, left, extent.along(), settings.temperature)
+    return problem._replace(settings=settings.held_against(null.exceeded_with)), base, extent
 
 
 def _objected(problem: Problem, selection: Selection, weights: Weights, extent: Extent) -> tuple[Objection, ...]:
@@ -172,7 +173,8 @@ def _further_effects(
     beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
     scored = beside[-1] if beside else score_candidates(data, chosen.fit, left)
     power = detection_power(scored, chosen, data, temperature, log_prior_odds(problem.settings))
-    return power, null_score(null_distribution(data, chosen, left, extent.along()), scored, chosen)
+    null = null_distribution(data, chosen, left, extent.along(), problem.settings.temperature)
+    return power, null_score(null, scored, chosen)
 
 
 def _search(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]) -> Selection:

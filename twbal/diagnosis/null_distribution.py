@@ -12,7 +12,9 @@ tried of each, and the best counts. Of a wave the direction is a plane, as its p
 searched: the largest of as many independent planes as S. O. Rice's rate of upcrossings gives (Bell System Technical
 Journal 24, 1945, 46-156): about three for each period that the recordings tell apart.
 
-Errors of real robots stay autocorrelated. As scores are gains over the residual autocorrelation, so are these.
+Errors of real robots stay autocorrelated. As scores are gains over the residual autocorrelation, so are these. And a
+robot's form of an effect is never ours: what that leaves gains, too. So gains are multiplied by the temperature, by
+which the probabilities of sets divide them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -69,7 +71,11 @@ class _Directions(NamedTuple):
 
 
 def null_distribution(
-    data: Data, beside: FittedHypothesis, candidates: Sequence[Candidate], along: Mapping[str, float]
+    data: Data,
+    beside: FittedHypothesis,
+    candidates: Sequence[Candidate],
+    along: Mapping[str, float],
+    temperature: float,
 ) -> NullDistribution:
     """The null distribution of the best score of candidates beside a set.
 
@@ -78,6 +84,7 @@ def null_distribution(
         beside: the set.
         candidates: that it does not hold.
         along: how far the recordings go, by the parameter of a wave that counts its periods there (`Extent.along`).
+        temperature: of the probabilities of sets.
     """
     generator = np.random.default_rng(_SEED)
     known = [each for each in _directions(data, beside, candidates) if len(each.rows)]
@@ -85,7 +92,7 @@ def null_distribution(
 
     def add(candidate: Candidate, gains: Array) -> None:
         of = best[candidate.in_data_sheet]
-        np.maximum(of, gains - bic_penalty([candidate], data.count), out=of)
+        np.maximum(of, temperature * gains - bic_penalty([candidate], data.count), out=of)
 
     if known:
         rows = np.concatenate([each.rows for each in known])

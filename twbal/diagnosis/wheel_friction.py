@@ -22,7 +22,7 @@ from twbal.diagnosis.filter_result import filter_result_of, one_step_errors
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.name import autocorrelation_of, first_noise, sensed_values
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
-from twbal.diagnosis.settings import Settings, Thresholds
+from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.wheel_turns import WINDOW, Turns, windows_of
 from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.sysid.intervals import interval
@@ -199,11 +199,14 @@ def _standard_error(J: Array) -> float:
     return float(np.sqrt(covariance[-1, -1] + (scale - 1.0) * of_windows))
 
 
-def _least_gain(windows: int, thresholds: Thresholds) -> float:
-    """Gain, less the BIC penalty, from which on the best form of drag is worth it: by Fisher's F distribution."""
+def _least_gain(windows: int, settings: Settings) -> float:
+    """Gain, less the BIC penalty, from which on the best form of drag is worth it: by Fisher's F distribution.
+
+    As that of effects (`null_distribution`), with the temperature.
+    """
     free = windows - 2
-    F = float(fdtri(1, free, 1.0 - thresholds.false_alarm_probability / len(FORMS)))
-    return windows * float(np.log1p(F / free)) - float(np.log(windows))
+    F = float(fdtri(1, free, 1.0 - settings.thresholds.false_alarm_probability / len(FORMS)))
+    return settings.temperature * windows * float(np.log1p(F / free)) - float(np.log(windows))
 
 
 def _verdict(
@@ -212,7 +215,7 @@ def _verdict(
     """What the fits come to."""
     thresholds = settings.thresholds
     shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
-    if chosen.candidate and base.misfit - chosen.misfit > _least_gain(len(turns.windows), thresholds):
+    if chosen.candidate and base.misfit - chosen.misfit > _least_gain(len(turns.windows), settings):
         before = float(np.sqrt(np.mean(turns.off_by(planar) ** 2)))
         return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.at_bound else Verdict.UNKNOWN
     if shift > thresholds.max_shift:
