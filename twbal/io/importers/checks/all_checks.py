@@ -89,7 +89,7 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     if not (time or any(doubt.kind is DoubtKind.TIME for doubt in motion) or any(map(_needs_no_note, pairs))):
         sentence = (
             "whether its time is right to better than a factor of two: it has no rate that is measured apart from its "
-            "angle. Log the gyro's"
+            "angle. Log a gyro's rate and a tilt"
         )
         yield Doubt(DoubtKind.UNTOLD, "time", sentence)
 

@@ -96,7 +96,7 @@ def agreements(part: LogPart) -> list[RateAgreement]:
     found = []
     for angle, rate in PAIRS.items():
         if (
-            angle in part.signals
+            (angle in part.signals if angle != "tilt" else part.has_tilt)
             and rate in part.signals
             and np.ptp(part.signals[angle])
             and np.ptp(part.signals[rate])
