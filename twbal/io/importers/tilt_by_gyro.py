@@ -15,9 +15,11 @@ FILTER_TIME = 1.0
 def tilt_by_gyro(signals: Mapping[str, Array], period: float) -> Array:
     """Tilt of a body by its sensors (n,) [rad].
 
-    With an accelerometer θ' = gyro + (arctan2(-forward, up) - θ) / `FILTER_TIME`, both going straight from sample to
-    sample: the filter whose errors the effect `tilt_filter` makes. Without, the gyro is summed, and the straight line
-    of least squares is taken off, which is what its bias adds: the mean of such a tilt is 0, and tells nothing.
+    With an accelerometer θ' = gyro + (arctan2(-forward, up) - θ) / `FILTER_TIME`, the filter whose errors the effect
+    `tilt_filter` makes. The gyro goes straight from sample to sample. What the accelerometer shows at the end of a
+    period stands for all of it, as it goes by the command that was held there. Without an accelerometer the gyro is
+    summed, and the straight line of least squares is taken off, which is what its bias adds: the mean of such a tilt is
+    0, and tells nothing.
 
     Args:
         signals: with `tilt_rate`, and either both of `ACCELEROMETER` or none, (n,) each.
@@ -35,5 +37,5 @@ def tilt_by_gyro(signals: Mapping[str, Array], period: float) -> Array:
     few = max(1, min(round(FILTER_TIME / period), len(turned)))
     first = float(np.mean(leaning[:few] - turned[:few]))
     share = (1.0 - kept) * FILTER_TIME / period  # of what the gyro turns in a period that is left at its end
-    pushed = share * np.diff(turned) + 0.5 * (1.0 - kept) * (leaning[1:] + leaning[:-1])
+    pushed = share * np.diff(turned) + (1.0 - kept) * leaning[1:]
     return np.concatenate([[first], lfilter([1.0], [1.0, -kept], pushed, zi=[kept * first])[0]])
