@@ -36,7 +36,7 @@ def import_misses(results: Mapping[str, Any]) -> list[str]:
             entries.append(f"robot {case['seed']}, {case['convention']}: {_quoted(case)}")
         elif case["off"] > 1.0:
             entries.append(
-                f"robot {case['seed']}, {case['convention']}: {case['off']:.2g} times as far off as is right"
+                f"robot {case['seed']}, {case['convention']}: {case['off']:.3g} times as far off as is right"
             )
     for case in results["faults"]:
         if not case["named"]:
