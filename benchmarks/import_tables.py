@@ -6,13 +6,16 @@ from typing import Any
 
 
 def import_checks(results: Mapping[str, Any]) -> list[str]:
-    """One line for logs that are right, one a kind of fault, and one a kind of second call."""
+    """One line for logs that are right, one each for how they are so, a kind of fault, and a kind of second call."""
     said = [log for log in results["logs"] if log["said"]]
     lines = [
         "| logs | number | warned of | named as what it is | neither, but said that it cannot be told |",
         "|---" * 5 + "|",
     ]
     lines.append(f"| right ones | {len(results['logs'])} | {len(said)} | | |")
+    for name in dict.fromkeys(case["convention"] for case in results["conventions"]):
+        cases = [case for case in results["conventions"] if case["convention"] == name]
+        lines.append(f"| right ones, {name} | {len(cases)} | {sum(bool(case['said']) for case in cases)} | | |")
     for name in dict.fromkeys(case["fault"] for case in results["faults"]):
         cases = [case for case in results["faults"] if case["fault"] == name]
         found, named = (sum(case[key] for case in cases) for key in ("found", "named"))
@@ -28,6 +31,13 @@ def import_checks(results: Mapping[str, Any]) -> list[str]:
 def import_misses(results: Mapping[str, Any]) -> list[str]:
     """One entry a false warning, and one a fault that was missed or taken for another."""
     entries = [f"robot {log['seed']}, nothing wrong: {_quoted(log)}" for log in results["logs"] if log["said"]]
+    for case in results["conventions"]:
+        if case["said"]:
+            entries.append(f"robot {case['seed']}, {case['convention']}: {_quoted(case)}")
+        elif case["off"] > 1.0:
+            entries.append(
+                f"robot {case['seed']}, {case['convention']}: {case['off']:.3g} times as far off as is right"
+            )
     for case in results["faults"]:
         if not case["named"]:
             untold = f"the log does not tell, as is said, {case['untold'][0].split(':')[0]}" if case["untold"] else ""

@@ -1,8 +1,8 @@
 """Import checks on logs of drawn robots: `python -m benchmarks.import_checks [first=1000] [robots=30] [each=10]`.
 
-The logs of the first robots as they are; for each kind of fault logs that can have it, until there are enough; and logs
-that a second call imports again. Takes two processes some ten minutes. The result is
-`benchmarks/results/import_checks.json`; `python scripts/readme.py tables` makes tables of it.
+The logs of the first robots as they are, and with stamps in bunches or without a tilt; for each kind of fault logs that
+can have it, until there are enough; and logs that a second call imports again. Takes two processes some ten minutes.
+The result is `benchmarks/results/import_checks.json`; `python scripts/readme.py tables` makes tables of it.
 """
 
 import json
@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.import_checks.again import NAMES, imported_again
-from benchmarks.import_checks.case import correct, planted
+from benchmarks.import_checks.case import convention, correct, planted
 from benchmarks.import_checks.faults import FAULTS
+from benchmarks.import_checks.other_sensors import CONVENTIONS
 from benchmarks.settings import text_settings
 
 RESULTS = Path("benchmarks/results/import_checks.json")
@@ -37,6 +38,8 @@ def main(words: Sequence[str]) -> None:
     first, robots, each = (int(settings[name]) for name in DEFAULTS)
     with ProcessPoolExecutor(_PROCESSES) as pool:
         logs = pool.map(correct, range(first, first + robots))
+        lacking = [(seed, name) for name in CONVENTIONS for seed in range(first, first + robots)]
+        conventions = pool.map(convention, *zip(*lacking, strict=True))
         faults = [pool.submit(_planted, name, first, each) for name in FAULTS]
         asked = [(seed, what) for what in NAMES for seed in range(first, first + each)]
         again = pool.map(imported_again, *zip(*asked, strict=True))
@@ -44,6 +47,7 @@ def main(words: Sequence[str]) -> None:
             "date": str(date.today()),
             "first": first,
             "logs": list(logs),
+            "conventions": [case for case in conventions if case is not None],
             "faults": [case for found in faults for case in found.result()],
             "again": list(again),
         }

@@ -55,6 +55,8 @@ class Ride(NamedTuple):
     commands: Array  # (n, 2) left, right
     reference: Array  # speed asked for
     battery: Array
+    felt: Array  # tilt by the direction that an accelerometer at the axle feels
+    true_tilt: Array
 
 
 def drawn(seed: int) -> Ride:
@@ -221,7 +223,7 @@ def _ride(build: Build, rng: np.random.Generator) -> Ride | None:
         battery = 11.8 - 0.01 * k * dt - 0.1 * abs(torque) / unit + 0.01 * rng.standard_normal()
         roll_rate, yaw_rate = lagged[2] + noise[1], lagged[3] + noise[2]
         seen = (estimate, gyro, roll + 0.001 * rng.standard_normal(), roll_rate, yaw_rate)
-        rows.append([*seen, *(counts * tick), *rates, *command, asked[k, 0], battery])
+        rows.append([*seen, *(counts * tick), *rates, *command, asked[k, 0], battery, felt, tilt])
         if build.driving == "stand" and k % round(2.0 / dt) == 0:
             tap = float(rng.normal(0.0, 0.25)) * robot.body_mass * GRAVITY
         for number in range(steps):
@@ -242,8 +244,7 @@ def _from_rows(build: Build, rows: Array) -> Ride:
         columns[5:7].T,
         columns[7:9].T,
         columns[9:11].T,
-        columns[11],
-        columns[12],
+        *columns[11:15],
     )
 
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from benchmarks.import_checks.case import correct, planted
+from benchmarks.import_checks.case import convention, correct, planted
+from benchmarks.import_checks.other_sensors import CONVENTIONS
 from benchmarks.import_tables import import_checks, import_misses
 
 RIGHT = (11, 12, 18)
@@ -23,6 +24,13 @@ FAULTS = {
 @pytest.mark.parametrize("seed", RIGHT)
 def test_nothing_is_said_of_a_log_that_is_right(seed):
     assert correct(seed)["said"] == []
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+@pytest.mark.parametrize("seed", [1, 5])
+def test_bunched_stamps_and_a_tilt_that_is_worked_out_are_no_fault_and_come_out_right(seed, name):
+    case = convention(seed, name)
+    assert case["said"] == [] and case["off"] <= 1.0
 
 
 @pytest.mark.parametrize("fault", FAULTS)
@@ -51,16 +59,22 @@ def test_tables_list_what_was_not_named():
     loud = {"seed": 2, "said": ["time: time runs slow: is it?"]}
     missed = {**case, "found": False, "said": [], "untold": ["which row"]}
     again = [{"what": "cut", "said": ["rows in common"]}, {"what": "cut", "said": []}]
-    results = {"logs": [quiet, loud], "faults": [case, missed, {**case, "named": True}], "again": again}
+    of_bunches = {"seed": 3, "convention": "bunches", "off": 0.2, "said": []}
+    conventions = [of_bunches, {**of_bunches, "off": 2.5}, {**of_bunches, "off": None, "said": loud["said"]}]
+    faults = [case, missed, {**case, "named": True}]
+    results = {"logs": [quiet, loud], "conventions": conventions, "faults": faults, "again": again}
     assert import_checks(results)[2:] == [
         "| right ones | 2 | 1 | | |",
+        "| right ones, bunches | 3 | 1 | | |",
         "| sign | 3 | 2 | 1 | 1 |",
         "| a second call: cut | 2 | 1 | | |",
     ]
     assert import_misses(results) == [
         '- robot 2, nothing wrong: "time runs slow".',
+        "- robot 3, bunches: 2.5 times as far off as is right.",
+        '- robot 3, bunches: "time runs slow".',
         '- robot 7, sign of tilt: taken for another: "tilt is late".',
         "- robot 7, sign of tilt: the log does not tell, as is said, which row.",
     ]
-    results["faults"] = [{**missed, "untold": []}]
+    results |= {"conventions": [], "faults": [{**missed, "untold": []}]}
     assert import_misses(results)[1:] == ["- robot 7, sign of tilt: missed."]

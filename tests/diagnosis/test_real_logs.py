@@ -19,6 +19,7 @@ from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
 from twbal.io.importers.smoother import smooth
+from twbal.io.importers.tilt_by_gyro import tilt_by_gyro
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
@@ -51,6 +52,24 @@ def test_friction_is_named_without_a_gyro(paper):
     assert estimate.low95 < 0.1 < estimate.high95
     assert [each.channel for each in found.autocorrelation] == ["tilt", "wheel_angle"]
     assert set(found.noise) == {"tilt", "wheel_angle"}
+
+
+@pytest.mark.slow
+def test_friction_and_delay_are_named_without_a_tilt_as_surely_as_with_one(paper):
+    true = {**FRICTION, "actuation_delay": {"delay": 0.02}, "gyro_bias": {"rate": 0.05}}
+    whole = synthetic_recording(paper, true, seed=37, periods=1000)
+    measured = whole.measured.copy()
+    measured[:, 0] = tilt_by_gyro({"tilt_rate": measured[:, 1]}, whole.period)
+    without = replace(whole, measured=measured, sensed=np.array([False, True, True, True]))
+    widths = []
+    for recording in (whole, without):
+        found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))
+        assert {effect.name for effect in found.named_effects} == set(true)
+        sizes = {effect.name: next(iter(effect.parameters.values())) for effect in found.named_effects}
+        for name, values in true.items():
+            assert sizes[name].low95 < next(iter(values.values())) < sizes[name].high95
+        widths.append([sizes[name].high95 - sizes[name].low95 for name in true])
+    assert widths[1] == pytest.approx(widths[0], rel=0.3)
 
 
 @pytest.mark.slow

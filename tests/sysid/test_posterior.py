@@ -18,6 +18,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.robot_sheet import robot_sheet
 from twbal.core.start_pose import StartPose
 from twbal.effects.library import effects_from
+from twbal.io.importers.tilt_by_gyro import tilt_by_gyro
 from twbal.planar.linearised import sampled_with_delay
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant
@@ -210,6 +211,19 @@ def test_rates_that_were_worked_out_from_angles_are_not_taken_for_measured(paper
     np.testing.assert_array_equal(found.sensor_sd[[1, 3]], prior_of(paper).sensor_sd[[1, 3]])
     alike = posterior(prior_of(paper), [replace(episode, estimated=()) for episode in worked_out])
     assert sds_apart(alike, known).max() > 3.0  # so the rates would have misled it
+
+
+def test_a_tilt_that_was_summed_from_the_gyro_is_not_taken_for_measured_and_has_no_filter(paper, rubbing):
+    measured, known = rubbing
+    summed = []
+    for episode in measured:
+        seen = episode.observations.copy()
+        rates = seen[:, Observation._fields.index("tilt_rate")]
+        seen[:, Observation._fields.index("tilt")] = tilt_by_gyro({"tilt_rate": rates}, paper.control_period)
+        summed.append(replace(episode, observations=seen, estimated=(Estimated("tilt", np.inf),)))
+    found = posterior(prior_of(paper), summed)
+    assert sds_apart(found, known).max() < 2.0
+    assert found.filter_rate == prior_of(paper).filter_rate and found.sensor_sd[0] == prior_of(paper).sensor_sd[0]
 
 
 def test_missed_periods_mislead_nothing(paper, rubbing):

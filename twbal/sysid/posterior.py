@@ -88,7 +88,7 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
         covariance=_covariance(data, fit, prior),
         sensor_sd=np.where(data.sensed, fit.model.noise.sensors, prior.sensor_sd),
         torque_sd=_slow_torques(fit.model.noise.torques, prior),
-        filter_rate=_vertex(costs, prior.filter_rate[1]),
+        filter_rate=_vertex(costs, prior.filter_rate[1]) if data.sensed[0] else prior.filter_rate,
     )
 
 
@@ -106,7 +106,8 @@ def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[flo
     own. So a robot without a filter is fitted from the prior's mean, too; if that is another optimum, and a better one,
     the fits of the other rates begin there once more.
 
-    Where the highest rate is the best, higher ones are tried, and then some between them.
+    Where the highest rate is the best, higher ones are tried, and then some between them. Where no tilt was measured
+    nothing is asked of its filter.
     """
 
     def attempt(task: tuple[float, Model | None]) -> _Attempt:
@@ -115,6 +116,8 @@ def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[flo
         fit = _first_fit(data, prior) if begin is None else _fitted(data, begin, prior)
         return _Attempt(data, fit, fit.cost + _penalty(prior, rate))
 
+    if not _data(prior, episodes, 0.0).sensed[0]:
+        return {0.0: attempt((0.0, None))}
     first, *others = SLOW_FILTERS
     found = {first: attempt((first, None))}
     near = found[first].fit.model

@@ -91,7 +91,8 @@ class Usability:
         min_samples: periods of all episodes together that count.
         max_yaw_rate: yaw rate beyond which instants do not count [rad/s].
         max_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
-        needs_tilt: whether a tilt must have been measured; not where the robot lies and its wheels turn in the air.
+        needs_tilt: whether a tilt or its rate must have been measured; not where the robot lies and its wheels turn in
+            the air.
     """
 
     min_length: int
@@ -311,8 +312,8 @@ def _check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
     """Raise where a channel does not change, or the torque never varied: nothing can be learned then."""
     measured = np.concatenate([recording.measured for recording in recordings])
     sensed = recordings[0].sensed
-    if (needs_tilt and not sensed[0]) or not sensed[2:].any():
-        raise DataError("Needed are a measured tilt, and wheels whose angle or rate is measured.")
+    if (needs_tilt and not sensed[:2].any()) or not sensed[2:].any():
+        raise DataError("Needed are a measured tilt or tilt rate, and wheels whose angle or rate is measured.")
     for i, channel in enumerate(MEASURED):
         if sensed[i] and np.ptp(measured[:, i]) <= 1e-9:
             raise DataError(

@@ -69,6 +69,37 @@ def test_every_quantity_lands_in_its_channel(brought):
     assert episode.states[1:, 3] == pytest.approx(ROWS[:-1, -1], abs=1e-8)
 
 
+def test_a_log_without_tilt_is_one_of_its_gyro_and_says_what_it_does_not_tell(brought):
+    imported = brought(ROWS, "import.quantities.tilt=null")
+    episode = only(imported)
+    assert {e.channel for e in episode.estimated} == {"tilt"}
+    trend = np.polyval(np.polyfit(ROWS[:, 0], ROWS[:, 1], 1), ROWS[:, 0])
+    assert episode.tilt == pytest.approx(ROWS[:, 1] - trend, abs=1e-4)
+    assert "the log has no tilt: its mean" in " ".join(imported.notes)
+    assert not any(
+        "tilt" in sentence and "does not follow" in sentence for sentence in (*sentences(imported), *imported.untold)
+    )
+
+
+def test_rows_of_a_log_without_tilt_that_come_twice_are_seen(brought):
+    rng = np.random.default_rng(5)
+    noisy = ROWS + np.round(0.01 * rng.standard_normal(ROWS.shape), 4) * (np.arange(8) > 0)
+    again = np.concatenate([noisy[:200], noisy])
+    again[:, 0] = PERIOD * np.arange(len(again))
+    assert any("come again" in said for said in sentences(brought(again, "import.quantities.tilt=null")))
+
+
+def test_stamps_in_bunches_become_those_of_an_even_loop_with_a_sentence(brought):
+    rows = ROWS.copy()
+    rows[:, 0] = np.round(ROWS[4::5, 0].repeat(5) + 0.0001 * np.tile(np.arange(5), len(ROWS) // 5) + 20.0, 4)
+    imported = brought(rows)
+    episode = only(imported)
+    assert episode.control_period == pytest.approx(PERIOD) and len(episode.observations) == len(ROWS)
+    assert seen(episode, "time") == pytest.approx(PERIOD * np.arange(len(ROWS)), abs=1e-8)
+    assert "time stamps come in bunches of about 5 rows" in " ".join(imported.notes)
+    assert sentences(imported) == sentences(brought(ROWS))
+
+
 def test_units_signs_means_and_offsets(brought):
     rows = np.column_stack(
         [1e3 * ROWS[:, 0], -np.degrees(ROWS[:, 1]) + 2, ROWS[:, 5] - 0.2, ROWS[:, 5] + 0.2, ROWS[:, 7]]
@@ -466,7 +497,8 @@ BAD = {
     "no quantity 'tlit'": "{tlit:{from:1}}",
     "tilt cannot be in 'feet'": "{tilt:{from:1,unit:feet}}",
     "has the keys from, unit, scale, offset": "{tilt:{column:1}}",
-    "needs a source of `tilt`": "{tilt:null}",
+    "needs a source of `tilt`": "{tilt:null,tilt_rate:null}",
+    "both of accelerometer_forward and accelerometer_up": "{accelerometer_up:{from:1}}",
     "what the wheels did": "{wheel_angle:null,wheel_rate:null}",
     "either a `command`": "{command:null}",
     "voltage cannot be in '%'": "{command:null,voltage:{from:1,unit:'%'}}",

@@ -36,6 +36,25 @@ def plain(**more):
     return {"time": COLUMN["t"], "tilt": COLUMN["tilt"], "wheel_angle": COLUMN["wheel"], **more}
 
 
+def test_a_log_of_a_gyro_needs_no_tilt_and_the_axes_of_its_accelerometer_are_asked_for(looked_at):
+    log = {name: values for name, values in plain(torque=COLUMN["u"], pitch_rate=COLUMN["rate"]).items()}
+    del log["tilt"]
+    mapping, found = looked_at(**log)
+    assert mapping["quantities"]["tilt"] is None and mapping["quantities"]["tilt_rate"]["from"] == "pitch_rate"
+    assert not found.open
+    mapping, found = looked_at(**log, acc_x=COLUMN["a"], acc_y=COLUMN["a"], acc_z=9.8 + COLUMN["a"])
+    asked = [each for each in found.open if "which of acc_x, acc_y, acc_z" in each]
+    assert [each.split()[0] for each in asked] == ["accelerometer_forward", "accelerometer_up"]
+
+
+def test_time_whose_stamps_come_in_bunches_is_found_and_tells_the_unit_of_a_rate(looked_at):
+    stamps = COLUMN["t"][4::5].repeat(5)
+    degrees = np.degrees(COLUMN["rate"])
+    mapping, _ = looked_at(**{**plain(torque=COLUMN["u"], gyro_y=degrees), "time": stamps})
+    assert mapping["quantities"]["time"]["from"] == "time"
+    assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_y", "unit": "deg/s"}
+
+
 def test_a_left_and_a_right_torque_become_their_sum(looked_at):
     mapping, found = looked_at(**plain(torque_left=COLUMN["u"], torque_right=COLUMN["u"]))
     command = mapping["quantities"]["command"]

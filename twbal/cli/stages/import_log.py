@@ -30,8 +30,9 @@ from twbal.io.importers.conversion import Imported, Wanted, import_file
 from twbal.io.importers.duplicates import duplicated
 from twbal.io.importers.guess import Guess, guess
 from twbal.io.importers.guesses import Alike, alike
-from twbal.io.importers.mapping import Mapping
+from twbal.io.importers.mapping import ACCELEROMETER, Mapping
 from twbal.io.importers.remaining_entries import KnownMapping
+from twbal.io.importers.tilt_by_gyro import FILTER_TIME
 from twbal.io.logs import read_episode
 from twbal.io.logs.writer import write_episode
 from twbal.sysid.recording import SAME_PERIOD
@@ -60,7 +61,7 @@ def main(cfg: DictConfig) -> None:
         return
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
-    print_result(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot.control_period))
+    print_result(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg))
     left_out = out / NOT_IMPORTED
     if any(out / made.path == left_out for made in manifest.outputs):
         raise LogError(
@@ -105,10 +106,17 @@ def _mapping(cfg: DictConfig) -> Mapping:
     return made
 
 
-def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
-    """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs."""
+def _diagnosis_of(out: Path, period: float, cfg: DictConfig) -> str:
+    """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs.
+
+    A tilt that the import has worked out by a filter is that of a simulation with this filter.
+    """
     command = next_command("diagnose", {"episodes": out, "diagnosis": "real_logs"}, "robot", "sim")
-    same = abs(period - robot_period) <= SAME_PERIOD
+    quantities = cfg["import"].quantities
+    if quantities.get("tilt") is None and quantities.get(ACCELEROMETER[0]) is not None:
+        of_filter = f"sim.effects.tilt_filter.rate={1.0 / FILTER_TIME:g} sim.effects.tilt_filter.lead=0"
+        command += f" +effect@sim.effects.tilt_filter=tilt_filter {of_filter}"
+    same = abs(period - cfg.robot.control_period) <= SAME_PERIOD
     return command if same else f"{command} robot.control_period={period!r}"
 
 

@@ -119,7 +119,7 @@ def _are_numbered(columns: Sequence[Column]) -> bool:
 def grows(values: Array) -> bool:
     """Whether values go up from row to row, but for one in a hundred, or for a counter that begins anew."""
     steps = np.diff(values[np.isfinite(values)])
-    return bool(len(steps) and np.median(steps) > 0 and np.mean(steps < 0) <= 0.01) or time_wrap(values) is not None
+    return bool(len(steps) and steps.max() > 0 and np.mean(steps < 0) <= 0.01) or time_wrap(values) is not None
 
 
 def is_even(values: Array) -> bool:

@@ -142,6 +142,12 @@ def is_of_wheel_speed(meaning: Meaning) -> bool:
     return meaning.unit in _SPEEDS and bool(words & _RATE) and not words - _RATE - _WHEEL - _ENCODER - _FILLING
 
 
+def is_axis_of_accelerometer(meaning: Meaning) -> bool:
+    """Whether a name says one axis of an accelerometer: `acc_x`, `ax`."""
+    words = set(meaning.stem)
+    return bool(words & _ACCELEROMETER and words & _AXES) or words in ({"ax"}, {"ay"}, {"az"})
+
+
 def is_unit(text: str) -> bool:
     """Whether a text is a unit, with or without brackets."""
     return bool(_unit(f"x [{text.strip('[]() ')}]")[0])

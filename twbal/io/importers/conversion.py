@@ -23,14 +23,22 @@ from twbal.io.importers.checks.rates import integral
 from twbal.io.importers.checks.repeated_rows import held_doubts
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import reader_of
-from twbal.io.importers.mapping import SIDES, UNITS
+from twbal.io.importers.mapping import ACCELEROMETER, SIDES, UNITS
 from twbal.io.importers.mapping import Mapping as LogMapping
 from twbal.io.importers.sampling import FILLED, stretches
 from twbal.io.importers.text_files import read_text
+from twbal.io.importers.tilt_by_gyro import FILTER_TIME, tilt_by_gyro
 
 _LOOKED_AT = 20_000  # samples that are checked
 _PERIODS = 0.0005, 1.0  # s; control periods that a robot can have
 _LARGEST = 1e30  # of a number in a log, whose square is one, too
+_SUMMED = {"wheel_angle": "the sum of its rate", "tilt": "the sum of its rate, less its trend"}
+_ABOUT_TILT = {
+    True: f"the tilt is that of a complementary filter of tilt_rate and {' and '.join(ACCELEROMETER)}, with a time "
+    f"constant of {FILTER_TIME:g} s; what is said of the tilt is said of these",
+    False: "the log has no tilt: its mean, and an offset of the centre of mass, cannot be told; what is said of the "
+    "tilt is said of tilt_rate. Log an accelerometer, or the tilt of the robot's filter",
+}
 _SAME_PERIOD = 0.02  # share of a period within which two periods are the same
 
 
@@ -82,6 +90,9 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         signals["heading"] = np.unwrap(signals["heading"])  # means and lost samples are between two of one turn
     parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
     notes = [*columns.notes, *notes, *more]
+    if "tilt" not in signals:
+        parts = [{**part, "tilt": tilt_by_gyro(part, period.of(1, wanted.period))} for part in parts]
+        notes.append(_ABOUT_TILT[mapping.measures_tilt])
     every = _every(path, period.of(1), wanted.period)
     least = max(wanted.min_length, 4 * every)
     rests = [_from(part, _skipped(part, mapping)) for part in parts]
@@ -147,7 +158,7 @@ def _accuracy(of: Estimated) -> str:
     """How well what was not measured is known."""
     if isfinite(of.sd):
         return f"to ±{of.sd:.2g}"
-    return "the sum of its rate" if of.channel == "wheel_angle" else "taken as 0"
+    return _SUMMED.get(of.channel, "taken as 0")
 
 
 def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
@@ -164,7 +175,8 @@ def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, want
     if angle is not None:
         whole["wheel_angle"] = angle
     is_sampled, comes_before = mapping.command_is_sample, mapping.command_before_sample
-    return LogPart(period, whole, commands, sides, is_sampled, comes_before, wanted.robot)
+    has_tilt = "tilt" in mapping.quantities
+    return LogPart(period, whole, commands, sides, is_sampled, comes_before, wanted.robot, has_tilt)
 
 
 def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:
@@ -261,6 +273,8 @@ def _episode(
         return np.zeros(len(taken["time"]))
 
     tilt = taken["tilt"]
+    if not mapping.measures_tilt:
+        estimated.append(Estimated("tilt", float("inf")))
     tilt_rate = taken["tilt_rate"] if "tilt_rate" in taken else rate_of("tilt_rate", tilt)
     if (angle := _wheel_angle(taken, radius)) is None:
         angle = integral(taken["wheel_rate"], period)

@@ -11,11 +11,11 @@ from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.io.importers.all_columns import Column, all_columns, row_of
 from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
-from twbal.io.importers.column_names import CURRENT, DUTY, QUATERNION
+from twbal.io.importers.column_names import CURRENT, DUTY, QUATERNION, is_axis_of_accelerometer
 from twbal.io.importers.duty_torque import full_duty, torque_way
 from twbal.io.importers.faster_loop import answered_speeds
 from twbal.io.importers.late_rates import lateness_of
-from twbal.io.importers.mapping import QUANTITIES
+from twbal.io.importers.mapping import ACCELEROMETER, QUANTITIES
 from twbal.io.importers.rate_choice import are_alike, rate_choice, unit_by_angle
 from twbal.io.importers.remaining_entries import KnownMapping, remaining_entries
 from twbal.io.importers.wraps import angle_wrap, time_wrap
@@ -158,7 +158,7 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     if tilt.columns:
         proposal.take("tilt", tilt.columns)
     else:
-        proposal.leave("tilt", tilt.reason or _by_quaternion(columns) or _not_found(columns))
+        _tilt_by_gyro(proposal, columns, tilt.reason or _by_quaternion(columns))
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
         choice, why = rate_choice(name, columns)
         if name == "wheel_rate" and choice.columns and (late := lateness_of(choice.columns, columns)):
@@ -178,6 +178,21 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     _wheels(proposal, columns)
     _command(proposal, columns)
     return proposal
+
+
+def _tilt_by_gyro(proposal: _Proposal, columns: Sequence[Column], reason: str) -> None:
+    """Leave the tilt to the import, where the log has a gyro and nothing that may be a tilt; else to a person."""
+    gyro = choose("tilt_rate", columns)
+    if reason or not (gyro.columns or gyro.is_for_person):
+        proposal.leave("tilt", reason or _not_found(columns))
+        return
+    proposal.drop("tilt", "not found among the names: the import works it out from tilt_rate")
+    axes = [column.name for column in columns if is_axis_of_accelerometer(column.meaning)]
+    if len(axes) > 1:
+        for name in ACCELEROMETER:
+            proposal.leave(
+                name, f"which of {', '.join(axes)}, and with which sign? Or null for both: by the gyro alone"
+            )
 
 
 def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:

@@ -17,6 +17,8 @@ QUANTITIES = {
     "time": "s",
     "tilt": "rad",  # of the body, forward positive
     "tilt_rate": "rad/s",  # by a gyro
+    "accelerometer_forward": "m/s²",  # forward and up in the body: gravity up where the robot stands
+    "accelerometer_up": "m/s²",
     "acceleration": "m/s²",  # of the platform, forward
     "yaw_rate": "rad/s",
     "wheel_angle": "rad",  # of the wheels relative to the body: what encoders count
@@ -29,6 +31,9 @@ QUANTITIES = {
     "voltage": "V",  # of both motors as one, in place of a torque
 }
 """All that a mapping can tell, with its unit."""
+
+ACCELEROMETER = "accelerometer_forward", "accelerometer_up"
+"""Quantities whose direction is that of gravity, where the robot does not speed up."""
 
 UNITS = {
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
@@ -106,8 +111,10 @@ class Mapping:
 
     def __post_init__(self) -> None:
         have = set(self.quantities)
-        if "tilt" not in have:
-            raise ConfigError("A mapping needs a source of `tilt`.")
+        if not have & {"tilt", "tilt_rate"}:
+            raise ConfigError("A mapping needs a source of `tilt`, or of the `tilt_rate` that it is worked out from.")
+        if len(have & set(ACCELEROMETER)) == 1:
+            raise ConfigError(f"A mapping needs both of {' and '.join(ACCELEROMETER)}, or none of them.")
         if not have & {"wheel_angle", "wheel_rate", "distance"} and not {"x", "y", "heading"} <= have:
             raise ConfigError(
                 "A mapping needs what the wheels did: `wheel_angle`, `wheel_rate`, `distance`, or `x`, `y`, `heading`."
@@ -124,6 +131,11 @@ class Mapping:
             raise ConfigError("A command that is a sample acts around it: leave command_before_sample=false.")
         if self.skip < 0 or self.fill < 0:
             raise ConfigError(f"skip and fill of a mapping must be 0 or more; found {self.skip} and {self.fill}.")
+
+    @property
+    def measures_tilt(self) -> bool:
+        """Whether sensors tell the tilt: a column of it, or a gyro with an accelerometer."""
+        return "tilt" in self.quantities or ACCELEROMETER[0] in self.quantities
 
     @property
     def wanted(self) -> list[Name]:

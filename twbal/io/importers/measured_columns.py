@@ -7,6 +7,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
+from twbal.io.importers.bunched_stamps import bunches_of
 from twbal.io.importers.column_choice import choose, grows, unit_of
 from twbal.io.importers.mapping import UNITS
 from twbal.io.importers.wraps import angle_wrap, time_wrap, unwrapped
@@ -27,12 +28,14 @@ class WheelPath(NamedTuple):
 
 
 def seconds_of(columns: Sequence[Column]) -> Array | None:
-    """(n,) time of each row [s]; None where no column says it for certain."""
+    """(n,) time of each row, evened where stamps come in bunches [s]; None where no column says it for certain."""
     time = choose("time", [column for column in columns if grows(column.values)]).columns
     if not time:
         return None
     factor = UNITS["s"][unit_of("time", time[0]).unit]
-    return factor * unwrapped(time[0].values, time_wrap(time[0].values))
+    stamps = factor * unwrapped(time[0].values, time_wrap(time[0].values))
+    bunches = bunches_of(stamps, {}, np.column_stack([column.values for column in columns]))
+    return stamps if bunches is None else bunches.times(stamps, bunches.period)
 
 
 def wheel_path(columns: Sequence[Column]) -> WheelPath | None:

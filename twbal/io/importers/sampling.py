@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array, Mask
 from twbal.core.time_base import LATE, places_of
+from twbal.io.importers.bunched_stamps import bunches_of
 from twbal.io.importers.columns import Columns
 
 _MOST_BACKWARD = 0.01  # share of the samples at which time may run backwards
@@ -71,7 +72,7 @@ class SampledParts(NamedTuple):
 
 
 def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: int) -> SampledParts:
-    """Cut a log at its gaps, after repeated rows were left out and short gaps were filled.
+    """Cut a log at its gaps, after bunched stamps were evened, repeated rows left out and short gaps filled.
 
     What was filled serves checks and filters. A diagnosis does better without it, as it knows how robots move; but it
     takes no log in which many samples are missing.
@@ -85,7 +86,8 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
     Raises:
         LogError: time does not run forward.
     """
-    time, notes, doubts = signals["time"], [], []
+    signals, notes = _without_bunches(signals, columns)
+    time, doubts = signals["time"], []
     steps = np.diff(time)
     if not len(steps) or not (steps > 0).any():
         raise LogError(f"{path} has no two samples between which time runs forward; its {len(time)} rows are no log.")
@@ -122,6 +124,25 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
             notes.append(note)
     parts = [_filled({name: values[part] for name, values in signals.items()}, typical, are_few) for part in rows]
     return SampledParts(parts, period, notes, doubts)
+
+
+def _without_bunches(signals: Mapping[str, Array], columns: Columns) -> tuple[Mapping[str, Array], list[str]]:
+    """Signals at the times of an even loop, where stamps come in bunches; and a sentence on it."""
+    stamps = signals["time"]
+    found = bunches_of(stamps, signals, columns.values)
+    if found is None:
+        return signals, []
+    period = Period(found.period, _known_to(found.doubt, found.period)).of(1)
+    note = (
+        f"time stamps come in bunches of about {found.rows:.2g} rows, as packets do: each row is put where an even "
+        f"loop of {period:.6g} s took it (bunches arrive ±{1e3 * found.late:.2g} ms early or late)"
+    )
+    return {**signals, "time": found.times(stamps, period)}, [note]
+
+
+def _known_to(doubt: float, mean: float) -> float:
+    """By which a mean step that stamps tell may be off, no less than clocks are [s]."""
+    return float(np.clip(doubt, _CLOCK * mean, _LOOSEST * mean))
 
 
 def _repeats(columns: Columns, repeated: Mask) -> str:
@@ -179,7 +200,7 @@ def _period(steps: Array, typical: float) -> Period:
     mean, spread = float(single.mean()), float(single.std())
     if spread < _EXACT * mean:
         return Period(mean, 1e-3 * _EXACT * mean)
-    return Period(mean, float(np.clip(2.0 * spread / np.sqrt(len(single)), _CLOCK * mean, _LOOSEST * mean)))
+    return Period(mean, _known_to(2.0 * spread / np.sqrt(len(single)), mean))
 
 
 def _filled(signals: Mapping[str, Array], period: float, is_marked: bool) -> dict[str, Array]:

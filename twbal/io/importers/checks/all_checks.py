@@ -87,9 +87,10 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     if not (time or rates or motion or sides or smooth):
         yield from _row_doubts(part, pairs, found, by_gyro is found)
     if not (time or any(doubt.kind is DoubtKind.TIME for doubt in motion) or any(map(_needs_no_note, pairs))):
+        advice = "Log the gyro's" if part.has_tilt else "Log a tilt, too"
         sentence = (
             "whether its time is right to better than a factor of two: it has no rate that is measured apart from its "
-            "angle. Log the gyro's"
+            f"angle. {advice}"
         )
         yield Doubt(DoubtKind.UNTOLD, "time", sentence)
 

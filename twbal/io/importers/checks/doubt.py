@@ -70,6 +70,7 @@ class LogPart(NamedTuple):
         is_sampled: whether the commands were worked out of samples of a faster loop.
         comes_before: whether the mapping takes a row's command for one that acted before the row's sample.
         robot: data sheet; None where sizes are not to be compared with one.
+        has_tilt: whether the log has a tilt; else the one among the signals was worked out from `tilt_rate`.
     """
 
     period: float
@@ -79,3 +80,11 @@ class LogPart(NamedTuple):
     is_sampled: bool
     comes_before: bool
     robot: RobotParameters | None
+    has_tilt: bool = True
+
+    @property
+    def measured(self) -> dict[str, Array]:
+        """Signals but for time, and for a tilt that was worked out."""
+        return {
+            name: self.signals[name] for name in self.signals if name != "time" and (name != "tilt" or self.has_tilt)
+        }

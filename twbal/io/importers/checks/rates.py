@@ -19,6 +19,8 @@ _SCALE = 1.15  # factor by which gyros (3 %) and nominal loop times (5 %) may we
 _FOLLOWS = 0.5  # of the change that a rate must tell at least, if it is of that angle
 _CLEAR = 0.8  # share of an angle's changes that is no noise, from which they say something
 _CLOSE = 0.9  # correlation of tilt and rate from which a lag between them can be told
+_LATEST = 0.3  # s by which a tilt may come after its rate, and it is seen
+_EXPLAINED = 0.5  # of what an angle and its rate differ by, below which a lag explains it
 _NO_UNIT = 4.0  # factor below which no unit of a gyro is mistaken for another one: the least is 6
 _ONE_SENSOR = 0.975  # correlation, noise apart, of an angle and a rate of one encoder, at least
 _RELATED = 0.5  # correlation from which a rate that is off by a factor is of that angle at all
@@ -96,7 +98,7 @@ def agreements(part: LogPart) -> list[RateAgreement]:
     found = []
     for angle, rate in PAIRS.items():
         if (
-            angle in part.signals
+            (angle in part.signals if angle != "tilt" else part.has_tilt)
             and rate in part.signals
             and np.ptp(part.signals[angle])
             and np.ptp(part.signals[rate])
@@ -194,21 +196,31 @@ def rate_doubts(found: Sequence[RateAgreement], to_blame: Mapping[str, str]) -> 
             yield Doubt(DoubtKind.COLUMN, wrong or pair.rate, sentence, pair.evidence)
 
 
+def _whole_rows_late(change: Array, turn: Array, most: int) -> int:
+    """Rows, up to `most`, by which an angle comes after its rate; 0 where that explains it hardly better than none."""
+    found = [_correlation(change[rows:], turn[: len(turn) - rows]) for rows in range(most + 1)]
+    best = int(np.argmax(found))
+    return best if 1.0 - found[best] ** 2 < _EXPLAINED * (1.0 - found[0] ** 2) else 0
+
+
 def lateness_doubts(part: LogPart, found: Sequence[RateAgreement]) -> Iterator[Doubt]:
     """A sentence on a tilt that comes after its rate: Δθ = x - late x', with the angle x that the rate turns through.
 
     One that comes before it is none: a complementary filter's tilt, which has the robot's acceleration in it, does.
     """
     for pair in found:
-        if pair.angle != "tilt" or pair.correlation < _CLOSE:
+        if pair.angle != "tilt":
             continue
         dt = part.period
         span = max(1, round(_SPANS[1] / dt))
-        rates = part.signals["tilt_rate"]
-        faster = np.gradient(turned(rates, span, dt))  # for a row
-        fit = regression(changes(part.signals["tilt"], span), [turned(rates, span, dt), faster], dt)
+        change, turn = changes(part.signals["tilt"], span), turned(part.signals["tilt_rate"], span, dt)
+        rows = _whole_rows_late(change, turn, min(round(_LATEST / dt), len(turn) // 8))
+        change, turn = change[rows:], turn[: len(turn) - rows]
+        if max(pair.correlation, _correlation(change, turn)) < _CLOSE:
+            continue
+        fit = regression(change, [turn, np.gradient(turn)], dt)  # for a row
         scale = float(fit.coefficients[0]) or 1.0
-        late, half = -float(fit.coefficients[1]) / scale, abs(float(fit.half_widths[1]) / scale)
+        late, half = rows - float(fit.coefficients[1]) / scale, abs(float(fit.half_widths[1]) / scale)
         if late - half > LATE_ROWS + LATE / dt:
             sentence = (
                 f"tilt comes {late:.2g} rows ({1e3 * late * dt:.2g} ms) after tilt_rate: is one of them from another "

@@ -15,7 +15,7 @@ _FEWEST = 20  # changes by which that is judged
 
 def held_doubts(part: LogPart, every: int) -> Iterator[Doubt]:
     """A sentence on rows that all come several times, of which the import takes more than one: `every` of them."""
-    times = rows_held({name: values for name, values in part.signals.items() if name != "time"})
+    times = rows_held(part.measured)
     if every % times:
         sentence = (
             f"each row comes {times} times in a row: was it written more often than the robot measures? Then give "
@@ -26,7 +26,7 @@ def held_doubts(part: LogPart, every: int) -> Iterator[Doubt]:
 
 def repeat_doubts(part: LogPart) -> Iterator[Doubt]:
     """A sentence on the longest run of rows that comes a second time."""
-    found = longest_repeat({name: values for name, values in part.signals.items() if name != "time"})
+    found = longest_repeat(part.measured)
     if found is None:
         return
     first, second, count = found

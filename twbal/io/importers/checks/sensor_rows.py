@@ -30,6 +30,8 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
     a quarter of a₁: of a filter that sums the gyro a₁ is none, of the angle itself the two are the same, and a few
     times a₀ where a late command makes the robot turn in bursts.
     """
+    if not part.has_tilt:
+        return
     if not {"tilt", "tilt_rate"} <= set(part.signals):
         yield Doubt(
             DoubtKind.UNTOLD,
