@@ -17,7 +17,7 @@ from twbal.sysid.noise import NoiseModel
 
 PERIODS, ROBOTS, RECORDINGS = 400, 30, 8
 SPREAD = 0.03 * 3.0**0.5  # of a uniform distribution with a standard deviation of 3 %, as the tolerance is
-TOLERANCES = Tolerances(data_sheet=0.03, rough=0.15, imu_timing=0.0003, angle_timing=0.00025, tilt_offset=0.0)
+TOLERANCES = Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0)
 TEMPERATURE, LOG_ODDS = 3.0, float(np.log(1.0 / 9.0))
 
 

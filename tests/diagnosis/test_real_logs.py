@@ -71,8 +71,8 @@ def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
     told = replace(plain, tolerances=replace(plain.tolerances, tilt_offset=0.03))
     found = name_effects(recordings, paper, {}, candidates_for(paper), told)
     assert [effect.name for effect in found.named_effects] == ["coulomb_friction"]
-    assert found.named.offsets == pytest.approx(offsets, abs=0.002)
-    assert found.nominal.offsets == pytest.approx(offsets, abs=0.01)
+    assert [each.tilt for each in found.named.offsets] == pytest.approx(offsets, abs=0.002)
+    assert [each.tilt for each in found.nominal.offsets] == pytest.approx(offsets, abs=0.01)
 
 
 def test_no_sensor_is_finer_than_its_steps(paper):

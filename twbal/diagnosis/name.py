@@ -10,7 +10,7 @@ from twbal.core.gaussian import Array, Mask
 from twbal.core.mobility import falling_time
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
-from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
+from twbal.diagnosis.candidates import Candidate, always_free, log_offsets
 from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
@@ -56,10 +56,10 @@ from twbal.diagnosis.verdict import (
     temperature_of,
 )
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.model import Data, Model
+from twbal.sysid.model import Data, Model, Offsets
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel
 from twbal.sysid.prediction_error_fit import descend
-from twbal.sysid.recording import MEASURED, Recording
+from twbal.sysid.recording import MEASURED, Recording, are_of_several_runs
 
 _NOISE_ITERATIONS = 30
 _LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit
@@ -97,9 +97,10 @@ def name_effects(
     planar = planar_parameters(robot, effects)
     largest = largest_noise(robot)
     data = Data(recordings, settings.substeps, largest, QUIETEST)
-    offsets = tilt_offsets(settings.tolerances, len(recordings))
-    start = Model(planar, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
-    always = always_free(settings.tolerances, planar, len(recordings))
+    logs = len(recordings), are_of_several_runs(recordings)
+    offsets = log_offsets(settings.tolerances, *logs)
+    start = Model(planar, 0.0, first_noise(robot, data.sensed), (Offsets(),) * (logs[0] if offsets else 0))
+    always = always_free(settings.tolerances, planar, *logs)
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     selection = _search(problem, progress)
     weights = probabilities(selection, settings)

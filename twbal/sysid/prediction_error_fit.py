@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
 from twbal.sysid.noise import NoiseModel
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
@@ -49,13 +49,28 @@ def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
 
 
 def slopes(data: Data, model: Model, kalman: Filter, free_parameters: Sequence[FreeParameter], white: Array) -> Array:
-    """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound."""
-    columns = np.empty((len(white), len(free_parameters)))
+    """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound.
+
+    An offset bears on one recording alone, so those of one kind are moved in all recordings at once.
+    """
+    columns = np.zeros((len(white), len(free_parameters)))
+    ends = 4 * np.cumsum([0, *(len(recording) for recording in data.recordings)])
+    together: dict[object, list[int]] = {}
     for i, free in enumerate(free_parameters):
-        value = model.value(free.field)
-        nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
-        columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+        together.setdefault(free.field.kind if isinstance(free.field, LogOffset) else i, []).append(i)
+    for these in together.values():
+        values = {free_parameters[i].field: model.value(free_parameters[i].field) for i in these}
+        nudges = {free.field: _nudge(free, values[free.field]) for free in (free_parameters[i] for i in these)}
+        change = data.white(model.put({field: values[field] + nudges[field] for field in values}), kalman) - white
+        for i in these:
+            field = free_parameters[i].field
+            own = slice(*ends[field.recording : field.recording + 2]) if isinstance(field, LogOffset) else slice(None)
+            columns[own, i] = change[own] / nudges[field]
     return columns
+
+
+def _nudge(free: FreeParameter, value: float) -> float:
+    return free.nudge if value + free.nudge <= free.high else -free.nudge
 
 
 def slopes_of(data: Data, fit: Fit) -> Array:
