@@ -31,7 +31,7 @@ FRICTION, DELAY = 0.3, 0.02
 @pytest.fixture
 def logs(make, conf):  # noqa: F811
     """Three logs of a robot with dry friction and a delay, each with another battery and floor."""
-    rubs = {"coulomb": FRICTION, "static": FRICTION}
+    rubs = {"coulomb": FRICTION, "static": FRICTION, "bristle_stiffness": 1000.0, "bristle_damping": 4.0}
 
     def robot(seed, gain, slope):
         parts = {"drive": {"gain": (gain, gain), "delay": DELAY}, "surroundings": {"slope": radians(slope)}}

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_t
@@ -7,7 +9,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.intervals import standard_errors
-from twbal.sysid.model import ANGLE_LEAD, Data, FreeParameter, Model
+from twbal.sysid.model import ANGLE_LEAD, Data, FreeParameter, LogOffset, Model, Offsets
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.prediction_error_fit import descend, penalty, refit, slopes, slopes_of
 
@@ -44,6 +46,21 @@ def test_slopes_are_the_derivatives_of_the_errors(data, start):
         up, down = (data.white(start.put({free.field: value + s * e}), kalman) for s in (1, -1))
         scale = np.linalg.norm(J[:, i])
         assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * scale
+
+
+def test_slopes_by_offsets_are_those_of_one_recording_each(data, start):
+    """They are found together; here each by itself."""
+    three = replace(data, recordings=[data.recordings[0].part(0, end) for end in (90, 150, 120)])
+    model = start._replace(offsets=(Offsets(0.01), Offsets(torque=0.05), Offsets(slope=-0.01)))
+    fields = [LogOffset(number, kind) for kind in Offsets._fields for number in range(3)]
+    free_parameters = [FreeParameter(field, -1.0, 1.0, 0.0, 0.05, 1e-6) for field in fields]
+    kalman = three.filter(model)
+    white = three.white(model, kalman)
+    J = slopes(three, model, kalman, [FREES[0], *free_parameters], white)
+    for column, free in zip(J.T[1:], free_parameters, strict=True):
+        moved = three.white(model.put({free.field: model.value(free.field) + free.nudge}), kalman)
+        np.testing.assert_allclose(column, (moved - white) / free.nudge, rtol=0, atol=1e-6)
+        assert np.linalg.norm(column) > 1.0
 
 
 def test_a_fit_knows_the_filter_of_its_errors(data, start):

@@ -2,8 +2,6 @@
 
 from typing import NamedTuple
 
-WALK = "gyro_bias_walk"
-"""The effect that it is in a simulation."""
 USUAL = 1e-4
 """Density that gyros of silicon stay below [rad/s/√s].
 
@@ -27,24 +25,14 @@ class GyroBiasWalk(NamedTuple):
 
     @property
     def is_unusual(self) -> bool:
-        """Whether it is surely more than that of a gyro that works."""
+        """Whether the interval lies above what a gyro that works has."""
         return self.low95 > USUAL
 
     @property
     def text(self) -> str:
         """In a sentence."""
-        said = (
-            f"The bias of the gyro walks by {self.density:.2g} rad/s/√s ({self.low95:.2g} to {self.high95:.2g}); "
-            f"that of a gyro of silicon walks by less than {USUAL:.0e}"
-        )
+        said = f"The bias of the gyro walks by {self.density:.2g} rad/s/√s ({self.low95:.2g} to {self.high95:.2g})"
+        usual = f"that of a gyro of silicon walks by less than {USUAL:.0e}"
         if not self.is_unusual:
-            return f"{said}."
-        return (
-            f"{said}. So the sensor or its supply is bad, or something that no effect explains changes the measured "
-            f"tilt rate over seconds (effect {WALK}, in the simulation with what was found)."
-        )
-
-    @property
-    def effects(self) -> dict[str, dict[str, float]]:
-        """As effects of a simulation."""
-        return {WALK: {"density": self.density}}
+            return f"{said}; {usual}."
+        return f"{said}, or something else changes the measured tilt rate over seconds; {usual}."

@@ -17,13 +17,12 @@ from twbal.diagnosis.commands_that_acted import without_lost_commands
 from twbal.diagnosis.disagreement import disagreements
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
-from twbal.diagnosis.findings import Effects, FilterResult, Findings
+from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, widened, with_shares
 from twbal.diagnosis.gyro_walk import gyro_bias_walk
-from twbal.diagnosis.gyro_walk_record import WALK
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
@@ -134,14 +133,13 @@ def diagnose_episodes(
                 "looking for a function of one variable",
                 partial(_with_free_forms, comparison, split, simulated, settings, data, progress),
             ),
-            ("looking at the bias of the gyro", partial(_with_gyro_walk, comparison, present)),
+            ("looking at the bias of the gyro", partial(_with_gyro_walk, comparison)),
             ("choosing the next experiment", partial(_with_next_experiment, comparison, robot, data, progress)),
         ):
             diagnosis = _with_step(what, step, diagnosis)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
     uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
-    walk = diagnosis.gyro_bias_walk
-    apart_findings = [each for each in (loss, uneven, walk if walk and walk.is_unusual else None) if each is not None]
+    apart_findings = [each for each in (loss, uneven) if each is not None]
     advice = (*diagnosis.advice, *(each.text for each in apart_findings))
     diagnosis = replace(diagnosis, lost_commands=loss, motor_difference=uneven, advice=advice)
     for each in apart_findings:
@@ -191,9 +189,8 @@ def _with_next_experiment(
     return replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
 
 
-def _with_gyro_walk(comparison: ModelComparison, present: Effects, diagnosis: Diagnosis) -> Diagnosis:
-    walk = None if WALK in present else gyro_bias_walk(comparison.data, comparison.chosen)
-    return replace(diagnosis, gyro_bias_walk=walk)
+def _with_gyro_walk(comparison: ModelComparison, diagnosis: Diagnosis) -> Diagnosis:
+    return replace(diagnosis, gyro_bias_walk=gyro_bias_walk(comparison.data, comparison.chosen))
 
 
 def _motor_difference(

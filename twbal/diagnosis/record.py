@@ -311,7 +311,7 @@ class Diagnosis:
         free_form: functions of one variable that explain a part of what remains; drawn, and not named.
         motor_difference: by how much one motor is stronger than the other; None where the yaw rate does not show it.
         lost_commands: how many commands did not reach the robot; None where the measurements show none.
-        gyro_bias_walk: by how much the bias of the gyro walks; None without a gyro, or where the simulation has it.
+        gyro_bias_walk: by how much the bias of the gyro walks; None without a gyro.
         contradicted: whether rollouts on held-out data speak against the fit, so that what was added is no finding.
         power: of effects that the best set does not have: how likely they would have been found, had they been there.
     """
