@@ -51,6 +51,7 @@ def fitted(logs, sheet, several_runs):
     data = Data(recordings, 10, largest_noise(sheet), QUIETEST)
     planar = planar_parameters(sheet, {})
     start = Model(planar, 0.0, first_noise(sheet, data.sensed), (Offsets(),) * len(logs) if several_runs else ())
+    start = start._replace(balanced=len(logs) if several_runs else 0)
     chosen = [c for c in candidates_for(sheet) if c.name in ("coulomb_friction", "actuation_delay")]
     free = always_free(settings("default").tolerances, planar, len(logs), several_runs)
     found = fit_hypothesis(data, with_fitted_noise(data, start), free, chosen, 6)
@@ -64,7 +65,7 @@ def test_offsets_are_those_of_each_log_and_the_friction_is_that_of_all(logs, con
     sheet = conf("robot/paper")
     shared, _ = fitted(logs, sheet, several_runs=False)
     apart, (low, high) = fitted(logs, sheet, several_runs=True)
-    offsets = apart.fit.model.offsets
+    offsets = apart.fit.model.apart.offsets
     torques, slopes = (np.array([getattr(each, kind) for each in offsets]) for kind in ("torque", "slope"))
     relative = (1.0 + torques) / np.mean(1.0 + torques)
     np.testing.assert_allclose(relative, GAINS, atol=0.015)

@@ -48,8 +48,8 @@ def with_offsets(data: Data, model: Model, offsets: tuple[Offsets, ...] | Sequen
     """The model with these offsets, or with those that fit best; all else stays."""
     free_parameters = [offset for offset in offsets if isinstance(offset, FreeParameter)]
     if not free_parameters:
-        return model._replace(offsets=tuple(offset for offset in offsets if isinstance(offset, Offsets)))
-    start = model._replace(offsets=(Offsets(),) * len(data.recordings))
+        return model._replace(offsets=tuple(offset for offset in offsets if isinstance(offset, Offsets)), balanced=0)
+    start = model._replace(offsets=(Offsets(),) * len(data.recordings), balanced=0)
     return descend(data, start, data.filter(start), free_parameters, _OFFSET_STEPS).model
 
 
@@ -105,7 +105,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
         np.sqrt(error_variances(kalman)),
         model.noise,
         model.angle_lead,
-        model.offsets,
+        model.apart.offsets,
         kalman.covariance,
         model.planar.tilt_filter_rate,
     )

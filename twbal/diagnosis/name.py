@@ -100,6 +100,7 @@ def name_effects(
     logs = len(recordings), are_of_several_runs(recordings)
     offsets = log_offsets(settings.tolerances, *logs)
     start = Model(planar, 0.0, first_noise(robot, data.sensed), (Offsets(),) * (logs[0] if offsets else 0))
+    start = start._replace(balanced=logs[0] if logs[1] and offsets else 0)
     always = always_free(settings.tolerances, planar, *logs)
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     selection = _search(problem, progress)
@@ -121,7 +122,8 @@ def name_effects(
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     if verdict is Verdict.UNKNOWN:
         named, effects_found = _guessed(problem, selection, effects_found, objected)
-    nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
+    tilts = log_offsets(settings.tolerances, len(recordings), several_runs=False)  # the rest is none of its own
+    nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), tilts))
     refitted = _filter_result(data, selection.base, effects)
     return Findings(
         verdict=verdict,

@@ -61,7 +61,7 @@ def _of_episode(comparison: ModelComparison, priors: Sequence[Prior], recording:
     data = replace(comparison.data, recordings=[recording])
     return divergences(
         data,
-        [model._replace(offsets=offsets) for model in models],
+        [model._replace(offsets=offsets, balanced=0) for model in models],
         [with_offsets(prior, comparison, len(offsets)) for prior in priors],
     )
 

@@ -210,7 +210,7 @@ def free_form_inputs(
     recordings: Sequence[Recording] = split.kept_back
     kept_back = replace(comparison.data, recordings=recordings)
     planar = planar_parameters(simulation.robot, simulation.effects)
-    ends, several_runs = comparison.chosen.fit.model.offsets, are_of_several_runs(comparison.data.recordings)
+    ends, several_runs = comparison.chosen.fit.model.apart.offsets, are_of_several_runs(comparison.data.recordings)
     return FreeFormInputs(
         comparison.data,
         comparison.chosen,
@@ -258,9 +258,9 @@ def _diagnosis(
     found: Findings, split: Split, simulation: DiagnosedSimulation, settings: Settings, data: DataSettings
 ) -> Diagnosis:
     """What was found, with the gap that it closes on held-out data."""
-    nominal, refitted = (
-        _seen_by(model, split, simulation.robot, settings) for model in (found.nominal, found.refitted)
-    )
+    as_it_is = replace(settings, tolerances=replace(settings.tolerances, battery=0.0, floor_slope=0.0))
+    nominal = _seen_by(found.nominal, split, simulation.robot, as_it_is)
+    refitted = _seen_by(found.refitted, split, simulation.robot, settings)
     named = refitted
     if found.named is not found.refitted:
         named = _seen_by(found.named, split, simulation.robot, settings)

@@ -32,7 +32,7 @@ class Offsets(NamedTuple):
 
     Attributes:
         tilt: that is added to the measured tilt [rad].
-        torque: by which the motors are stronger than in the mean, as a share: the battery.
+        torque: by which the motors are stronger than in the mean of the recordings, as a share: the battery.
         slope: by which the ground rises more [rad].
     """
 
@@ -108,12 +108,27 @@ class Model(NamedTuple):
         angle_lead: [s].
         noise: levels of noise, from which the filter's gain follows.
         offsets: of each recording; none where they are all 0.
+        balanced: number of recordings, from the first one on, from the mean of whose torque offsets all are counted.
     """
 
     planar: PlanarParameters
     angle_lead: float
     noise: NoiseModel
     offsets: tuple[Offsets, ...] = ()
+    balanced: int = 0
+
+    @property
+    def apart(self) -> "Model":
+        """The same with offsets that are counted from 0."""
+        if not self.balanced:
+            return self
+        mean = sum(each.torque for each in self.offsets[: self.balanced]) / self.balanced
+        return self._replace(offsets=tuple(o._replace(torque=o.torque - mean) for o in self.offsets), balanced=0)
+
+    def share(self, field: LogOffset, recording: int) -> float:
+        """What an offset adds to that of a recording, of each unit."""
+        is_balanced = field.kind == "torque" and field.recording < self.balanced
+        return float(field.recording == recording) - (1.0 / self.balanced if is_balanced else 0.0)
 
     def value(self, field: Field) -> float:
         """The value of a field."""
@@ -135,7 +150,7 @@ class Model(NamedTuple):
         """The planar model, with the offsets of a recording."""
         if not self.offsets:
             return self.planar
-        p, own = self.planar, self.offsets[recording]
+        p, own = self.planar, self.apart.offsets[recording]
         return p._replace(
             imu_mount_angle_angle=p.imu_mount_angle_angle + own.tilt,
             torque_gain_gain=p.torque_gain_gain * (1.0 + own.torque),

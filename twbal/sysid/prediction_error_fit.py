@@ -53,24 +53,25 @@ def slopes(data: Data, model: Model, kalman: Filter, free_parameters: Sequence[F
 
     An offset bears on one recording alone, so those of one kind are moved in all recordings at once.
     """
-    columns = np.zeros((len(white), len(free_parameters)))
+    columns = np.empty((len(white), len(free_parameters)))
     ends = 4 * np.cumsum([0, *(len(recording) for recording in data.recordings)])
-    together: dict[object, list[int]] = {}
+    offsets: dict[str, list[tuple[int, LogOffset, float]]] = {}
     for i, free in enumerate(free_parameters):
-        together.setdefault(free.field.kind if isinstance(free.field, LogOffset) else i, []).append(i)
-    for these in together.values():
-        values = {free_parameters[i].field: model.value(free_parameters[i].field) for i in these}
-        nudges = {free.field: _nudge(free, values[free.field]) for free in (free_parameters[i] for i in these)}
-        change = data.white(model.put({field: values[field] + nudges[field] for field in values}), kalman) - white
-        for i in these:
-            field = free_parameters[i].field
-            own = slice(*ends[field.recording : field.recording + 2]) if isinstance(field, LogOffset) else slice(None)
-            columns[own, i] = change[own] / nudges[field]
+        value = model.value(free.field)
+        nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
+        if isinstance(free.field, LogOffset):
+            offsets.setdefault(free.field.kind, []).append((i, free.field, nudge))
+        else:
+            columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+    apart = model.apart
+    for these in offsets.values():
+        change = data.white(apart.put({field: apart.value(field) + nudge for _, field, nudge in these}), kalman) - white
+        for _, field, nudge in these:
+            change[slice(*ends[field.recording : field.recording + 2])] /= nudge
+        for i, field, _ in these:
+            shares = [model.share(field, recording) for recording in range(len(data.recordings))]
+            columns[:, i] = np.repeat(shares, np.diff(ends)) * change
     return columns
-
-
-def _nudge(free: FreeParameter, value: float) -> float:
-    return free.nudge if value + free.nudge <= free.high else -free.nudge
 
 
 def slopes_of(data: Data, fit: Fit) -> Array:
