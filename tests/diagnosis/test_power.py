@@ -27,7 +27,7 @@ def fitted(robot, effects, seed, candidates=()):
     noise = NoiseModel(np.array([*NOISE.values()]), np.array([0.002, 0.002]))
     planar = planar_parameters(robot, {})
     always = always_free(TOLERANCES, planar, 1)
-    return data, fit_hypothesis(data, Model(planar, 0.0, noise, (0.0,)), always, candidates, 2)
+    return data, fit_hypothesis(data, Model(planar, 0.0, noise), always, candidates, 2)
 
 
 @pytest.mark.parametrize(("name", "size"), [("viscous_friction", 0.01), ("dead_zone", 0.02), ("gyro_scale", 0.19)])
