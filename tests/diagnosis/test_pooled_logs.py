@@ -47,7 +47,7 @@ def logs(make, conf):  # noqa: F811
 def fitted(logs, sheet, several_runs):
     """The true set of effects, fitted; with the interval of the friction."""
     recordings = read_recordings(logs, [f"log {i}" for i, _ in enumerate(logs)], sheet, USABILITY)
-    assert [recording.run for recording in recordings] == [0, 1, 2]  # logs that were imported are each of its own
+    assert [recording.run for recording in recordings] == list(range(len(logs)))  # each log is a run of its own
     data = Data(recordings, 10, largest_noise(sheet), QUIETEST)
     planar = planar_parameters(sheet, {})
     start = Model(planar, 0.0, first_noise(sheet, data.sensed), (Offsets(),) * len(logs) if several_runs else ())
@@ -71,6 +71,8 @@ def test_offsets_are_those_of_each_log_and_the_friction_is_that_of_all(logs, con
     np.testing.assert_allclose(relative, GAINS, atol=0.015)
     np.testing.assert_allclose(np.degrees(slopes), SLOPES, atol=0.15)
     assert low < FRICTION < high
+    _, (low_alone, high_alone) = fitted(logs[1:2], sheet, several_runs=False)  # the one on level ground
+    assert high - low < high_alone - low_alone
     assert apart.fit.cost < shared.fit.cost - 500.0
     assert apart.autocorrelation < 0.5 * shared.autocorrelation
 
