@@ -280,6 +280,8 @@ def test_a_part_of_one_file_and_another_file_of_its_name_are_both_kept(run, tmp_
     found = sorted(path.name for path in (tmp_path / "out" / "episodes").glob("*.mcap"))
     assert found == ["ride_0.mcap", "ride_1.mcap", "ride_1_2.mcap"]
     assert len(read_episode(tmp_path / "out" / "episodes" / "ride_1_2.mcap")) == len(rows) - 1
+    said = [read_episode(tmp_path / "out" / "episodes" / name).provenance.config for name in found]
+    assert [text.splitlines()[-1] for text in said] == ['imported_from: "ride"'] * 2 + ['imported_from: "ride_1"']
     logs = ",".join(str(tmp_path / folder / "ride.mcap") for folder in ("a", "b"))
     for folder, name in (("a", "ride"), ("b", "ride"), ("c", "ride_0")):
         (tmp_path / folder).mkdir()

@@ -22,7 +22,7 @@ from twbal.effects.lost_commands import LostCommands
 from twbal.io.logs.writer import write_episode
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.held_out import Split
-from twbal.sysid.model import Data, Model
+from twbal.sysid.model import Data, Model, Offsets
 from twbal.sysid.recording import Usability, read_recordings
 from twbal.virtual_robot.ground_truth import Noise
 
@@ -69,7 +69,7 @@ def asked(episodes, sheet):
     recordings = read_recordings(episodes, [f"log {i}" for i, _ in enumerate(episodes)], sheet, USABILITY)
     data = Data(recordings, 2, largest_noise(sheet), QUIETEST)
     return data, with_fitted_noise(
-        data, Model(planar_parameters(sheet, {}), 0.0, first_noise(sheet, data.sensed), (0.0,) * len(recordings))
+        data, Model(planar_parameters(sheet, {}), 0.0, first_noise(sheet, data.sensed), (Offsets(),) * len(recordings))
     )
 
 

@@ -26,6 +26,7 @@ MISSING = {
     "eccentric_wheel": {"eccentricity": 0.005, "phase": 1.0},
     "flexible_frame": {"share": 0.05, "frequency": 6.0, "damping": 0.05, "height": 1.8},
     "friction_feedforward": {"torque": 0.1, "rate": 0.3},
+    "gear_efficiency": {"loss": 0.1},
     "ground_slope": {"angle": 0.01},
     "ground_waves": {"slope": 0.004, "waves": 1.5, "phase": 0.5},
     "gyro_bias": {"rate": 0.02},

@@ -17,7 +17,7 @@ from twbal.sysid.noise import NoiseModel
 
 PERIODS, ROBOTS, RECORDINGS = 400, 30, 8
 SPREAD = 0.03 * 3.0**0.5  # of a uniform distribution with a standard deviation of 3 %, as the tolerance is
-TOLERANCES = Tolerances(data_sheet=0.03, rough=0.15, imu_timing=0.0003, angle_timing=0.00025, tilt_offset=0.0)
+TOLERANCES = Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0)
 TEMPERATURE, LOG_ODDS = 3.0, float(np.log(1.0 / 9.0))
 
 
@@ -27,7 +27,7 @@ def fitted(robot, effects, seed, candidates=()):
     noise = NoiseModel(np.array([*NOISE.values()]), np.array([0.002, 0.002]))
     planar = planar_parameters(robot, {})
     always = always_free(TOLERANCES, planar, 1)
-    return data, fit_hypothesis(data, Model(planar, 0.0, noise, (0.0,)), always, candidates, 2)
+    return data, fit_hypothesis(data, Model(planar, 0.0, noise), always, candidates, 2)
 
 
 @pytest.mark.parametrize(("name", "size"), [("viscous_friction", 0.01), ("dead_zone", 0.02), ("gyro_scale", 0.19)])

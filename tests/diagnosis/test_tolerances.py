@@ -9,7 +9,7 @@ from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 
 PUBLISHED, ROUGH = 0.03, 0.15
-TOLERANCES = Tolerances(PUBLISHED, ROUGH, 0.0003, 0.00025, 0.0)
+TOLERANCES = Tolerances(PUBLISHED, ROUGH, 0.0003, 0.00025, 0.0, 0.0, 0.0)
 
 
 def robot(name):
@@ -30,9 +30,9 @@ def test_measured_values_have_half_of_it_and_guessed_ones_what_a_rough_sheet_has
 
 
 def test_no_tolerance_that_follows_from_a_provenance_is_larger_than_that_of_a_rough_sheet():
-    loose = Tolerances(0.1, ROUGH, 0.0003, 0.00025, 0.0).for_robot(robot("tumbller"))
+    loose = Tolerances(0.1, ROUGH, 0.0003, 0.00025, 0.0, 0.0, 0.0).for_robot(robot("tumbller"))
     assert max(loose.of(field) for field in (*DATA_SHEET, *WHEELS)) == ROUGH
-    assert Tolerances(0.3, ROUGH, 0.0003, 0.00025, 0.0).of("body_mass_factor") == 0.3  # as the user says
+    assert Tolerances(0.3, ROUGH, 0.0003, 0.00025, 0.0, 0.0, 0.0).of("body_mass_factor") == 0.3  # as the user says
 
 
 def test_a_fit_takes_them_for_standard_deviations():

@@ -113,7 +113,7 @@ def test_a_term_that_numba_cannot_compile_is_one_clear_error(SomeBrake, paper, m
     said = r"Method 'push' of SomeBrake \(.*\) cannot be compiled: Unknown attribute 'mistyped'"
     k, rest = Constants(*[1.0] * len(Constants._fields)), PlanarState(*[0.0] * len(PlanarState._fields))
     with pytest.raises(ConfigError, match=said):
-        forces(planar_parameters(paper, {}), k, rest, 0.0, STRAIGHT)
+        forces(planar_parameters(paper, {}), k, rest, 0.0, 0.0, STRAIGHT)
 
 
 def test_it_is_documented(SomeBrake):

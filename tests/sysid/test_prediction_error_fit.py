@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.stats import multivariate_t
@@ -7,7 +9,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.intervals import standard_errors
-from twbal.sysid.model import ANGLE_LEAD, Data, FreeParameter, Model
+from twbal.sysid.model import ANGLE_LEAD, Data, FreeParameter, LogOffset, Model, Offsets
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.prediction_error_fit import descend, penalty, refit, slopes, slopes_of
 
@@ -44,6 +46,22 @@ def test_slopes_are_the_derivatives_of_the_errors(data, start):
         up, down = (data.white(start.put({free.field: value + s * e}), kalman) for s in (1, -1))
         scale = np.linalg.norm(J[:, i])
         assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * scale
+
+
+@pytest.mark.parametrize("balanced", [0, 2, 3])
+def test_slopes_by_offsets_are_those_of_one_recording_each(balanced, data, start):
+    """They are found together; here each by itself."""
+    three = replace(data, recordings=[data.recordings[0].part(0, end) for end in (90, 150, 120)])
+    model = start._replace(offsets=(Offsets(0.01), Offsets(torque=0.05), Offsets(slope=-0.01)), balanced=balanced)
+    fields = [LogOffset(number, kind) for kind in Offsets._fields for number in range(3)]
+    free_parameters = [FreeParameter(field, -1.0, 1.0, 0.0, 0.05, 1e-6) for field in fields]
+    kalman = three.filter(model)
+    white = three.white(model, kalman)
+    J = slopes(three, model, kalman, [FREES[0], *free_parameters], white)
+    for column, free in zip(J.T[1:], free_parameters, strict=True):
+        moved = three.white(model.put({free.field: model.value(free.field) + free.nudge}), kalman)
+        assert np.linalg.norm(column - (moved - white) / free.nudge) < 1e-4 * np.linalg.norm(column)
+        assert np.linalg.norm(column) > 1.0
 
 
 def test_a_fit_knows_the_filter_of_its_errors(data, start):
@@ -106,7 +124,7 @@ def test_more_rounds_never_end_worse(paper, effects, seed):
     data = Data([synthetic_recording(paper, effects, seed=seed, periods=500)], 10)
     planar = planar_parameters(paper, {})
     begin = data.with_noise(Model(planar, 0.0, NOISE), 30)
-    free_parameters = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0), planar, 1)
+    free_parameters = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0), planar, 1)
     costs = [refit(data, begin, free_parameters, rounds, 4, 12).cost for rounds in range(5)]
     assert (np.diff(costs) <= 1e-6).all(), costs
 

@@ -7,7 +7,7 @@ from twbal.core.robot_model import UNBOUNDED
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import PlanarParameters
-from twbal.sysid.model import ANGLE_LEAD, FreeParameter, TiltOffset
+from twbal.sysid.model import ANGLE_LEAD, FreeParameter, LogOffset
 
 LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
@@ -134,19 +134,29 @@ class Candidate(NamedTuple):
         )
 
 
-def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[FreeParameter, ...]:
-    """The constant by which the tilt of each recording may be off; none where it may not."""
-    sd = tolerances.tilt_offset
-    return tuple(FreeParameter(TiltOffset(k), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
+def log_offsets(tolerances: Tolerances, recordings: int, several_runs: bool) -> tuple[FreeParameter, ...]:
+    """What may differ from recording to recording; battery and floor do not within one run."""
+    sds = {"tilt": tolerances.tilt_offset}
+    if several_runs:
+        sds |= {"torque": tolerances.battery, "slope": tolerances.floor_slope}
+    return tuple(
+        FreeParameter(LogOffset(number, kind), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd)
+        for number in range(recordings)
+        for kind, sd in sds.items()
+        if sd
+    )
 
 
-def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: int) -> tuple[FreeParameter, ...]:
-    """What every model may change: the data sheet's values, the sensors' timing and tilt offsets, within tolerances.
+def always_free(
+    tolerances: Tolerances, planar: PlanarParameters, recordings: int, several_runs: bool = False
+) -> tuple[FreeParameter, ...]:
+    """What every model may change within tolerances: the data sheet's values, the sensors' timing, offsets of logs.
 
     Args:
         tolerances: their standard deviations.
         planar: what the simulation has for them.
         recordings: how many there are.
+        several_runs: whether these are of more than one run.
     """
     values = [(field, float(getattr(planar, field))) for field in (*DATA_SHEET, *WHEELS)]
     sheet = [
@@ -162,5 +172,5 @@ def always_free(tolerances: Tolerances, planar: PlanarParameters, recordings: in
         *sheet,
         FreeParameter("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
         FreeParameter(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
-        *tilt_offsets(tolerances, recordings),
+        *log_offsets(tolerances, recordings, several_runs),
     )

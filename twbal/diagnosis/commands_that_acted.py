@@ -86,7 +86,7 @@ def _kept_back(comparison: ModelComparison, split: Split, losses: LostFound) -> 
         for whole, may_change, first in zip(begun, free, losses.lost, strict=True):
             whole[: len(first)], may_change[: len(first)] = first, False
     else:
-        model = model._replace(offsets=())
+        model = model._replace(offsets=(), balanced=0)
     lost = lost_by(losses.mixture, replace(comparison.data, recordings=split.kept_back), model, begun, free)
     return tuple(_with(recording, those) for recording, those in zip(split.kept_back, lost, strict=True))
 

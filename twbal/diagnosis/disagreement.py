@@ -27,7 +27,7 @@ from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.sysid.intervals import curvature, prior_slopes
-from twbal.sysid.model import Data, Field, Model, TiltOffset
+from twbal.sysid.model import Data, Field, Model, Offsets, offsets_of
 from twbal.sysid.prediction_error_fit import Fit, slopes
 from twbal.sysid.recording import Recording
 
@@ -224,6 +224,8 @@ def _added(
         if candidate.name in chosen.names or candidate.in_data_sheet or candidate.is_wave or size.is_limit:
             continue
         step = _SMALL * (size.start - size.none)
+        if size.low < size.none:  # a tangent, as of offsets of recordings, some of which do the same
+            step = candidate.free_parameters[0].nudge
         values = {candidate.field(p): p.start for p in candidate.parameters} | {candidate.field(size): size.none + step}
         slope = (data.white(pooled.model.put(values), chosen.fit.kalman) - pooled.white) / step
         if np.isfinite(slope).all():
@@ -238,12 +240,9 @@ def _pooled(data: Data, fit: Fit) -> Pooled:
     free_parameters, model = fit.free_parameters, fit.model
     if model.offsets:
         known = len(model.offsets)
-        first = next(free for free in free_parameters if isinstance(free.field, TiltOffset))
-        more = tuple(first._replace(field=TiltOffset(k)) for k in range(known, len(data.recordings)))
-        free_parameters, model = (
-            (*free_parameters, *more),
-            model._replace(offsets=(*model.offsets, *(0.0 for _ in more))),
-        )
+        more = range(known, len(data.recordings))
+        free_parameters = (*free_parameters, *offsets_of(free_parameters, more))
+        model = model._replace(offsets=(*model.offsets, *(Offsets() for _ in more)))
     white = data.white(model, fit.kalman)
     J = slopes(data, model, fit.kalman, free_parameters, white)
     ends = np.cumsum([0, *(len(recording) for recording in data.recordings)])

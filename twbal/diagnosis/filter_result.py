@@ -10,7 +10,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import error_variances
-from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.prediction_error_fit import descend
@@ -26,7 +26,7 @@ def filter_recordings(
     angle_lead: float,
     recordings: Sequence[Recording],
     substeps: int,
-    offsets: tuple[float, ...] | Sequence[FreeParameter] = (),
+    offsets: tuple[Offsets, ...] | Sequence[FreeParameter] = (),
 ) -> FilterResult:
     """What a model with known values makes of recordings, whether it was fitted to them or not.
 
@@ -37,21 +37,19 @@ def filter_recordings(
         angle_lead: time by which measured angles run ahead of rates [s].
         recordings: at least one.
         substeps: physics steps of a control period.
-        offsets: of the tilt of each recording [rad], or what is free of them; none where they are all 0.
+        offsets: of each recording, or what is free of them; none where they are all 0.
     """
     data = Data(recordings, substeps)
     model = Model(planar_parameters(robot, effects), angle_lead, noise)
     return filter_result_of(data, with_offsets(data, model, offsets), effects)
 
 
-def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence[FreeParameter]) -> Model:
+def with_offsets(data: Data, model: Model, offsets: tuple[Offsets, ...] | Sequence[FreeParameter]) -> Model:
     """The model with these offsets, or with those that fit best; all else stays."""
     free_parameters = [offset for offset in offsets if isinstance(offset, FreeParameter)]
     if not free_parameters:
-        return model._replace(
-            offsets=tuple(float(offset) for offset in offsets if not isinstance(offset, FreeParameter))
-        )
-    start = model._replace(offsets=(0.0,) * len(free_parameters))
+        return model._replace(offsets=tuple(offset for offset in offsets if isinstance(offset, Offsets)), balanced=0)
+    start = model._replace(offsets=(Offsets(),) * len(data.recordings), balanced=0)
     return descend(data, start, data.filter(start), free_parameters, _OFFSET_STEPS).model
 
 
@@ -107,7 +105,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
         np.sqrt(error_variances(kalman)),
         model.noise,
         model.angle_lead,
-        model.offsets,
+        model.apart.offsets,
         kalman.covariance,
         model.planar.tilt_filter_rate,
     )

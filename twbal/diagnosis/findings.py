@@ -8,6 +8,7 @@ from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.power_record import DetectionPower
 from twbal.diagnosis.record import ProbableEffect, ResidualAutocorrelation, Rival, Shift, Verdict
+from twbal.sysid.model import Offsets
 from twbal.sysid.noise import NoiseModel
 
 Effects = Mapping[str, Mapping[str, float]]
@@ -69,7 +70,7 @@ class FilterResult:
         error_noise: (4,) standard deviations that such errors have by noise alone.
         noise: levels by which its filter weighs measurements.
         angle_lead: time by which measured angles run ahead of rates [s].
-        offsets: of the tilt of each recording [rad]; none where they are all 0.
+        offsets: of each recording; none where they are all 0.
         posterior_covariance: (4, 4) of what a trajectory gets wrong of tilt, wheel angle in space, tilt rate and wheel
             rate in space, where the model is right.
         filter_rate: of the complementary filter that makes the tilt; 0 without one [1/s].
@@ -81,9 +82,19 @@ class FilterResult:
     error_noise: Array
     noise: NoiseModel
     angle_lead: float
-    offsets: tuple[float, ...]
+    offsets: tuple[Offsets, ...]
     posterior_covariance: Array
     filter_rate: float
+
+    def effects_in(self, recording: int) -> Effects:
+        """The effects as they are in one recording, with its battery and its ground."""
+        own = self.offsets[recording] if self.offsets else Offsets()
+        found = dict(self.effects)
+        if own.torque:
+            found["torque_gain"] = {"gain": found.get("torque_gain", {"gain": 1.0})["gain"] * (1.0 + own.torque)}
+        if own.slope:
+            found["ground_slope"] = {"angle": found.get("ground_slope", {"angle": 0.0})["angle"] + own.slope}
+        return found
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
 from twbal.sysid.kalman import Filter
 from twbal.sysid.likelihood import cost
-from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.smooth_regression import PriorFit, evidence, null_gains
 
 _SURE = 0.05  # p-value above which nothing is drawn
@@ -43,7 +43,7 @@ class FreeFormInputs(NamedTuple):
         chosen: the best set of effects, fitted to them.
         always: what is free in a set without effects, with its priors.
         kept_back: recordings that nothing was fitted to.
-        offsets: what is free of the tilt there, or its offsets; see `with_offsets`.
+        offsets: what is free of them there, or their values; see `with_offsets`.
         form: relative standard deviation of a function's size, by what its form and the scale of all torques are off.
     """
 
@@ -51,7 +51,7 @@ class FreeFormInputs(NamedTuple):
     chosen: FittedHypothesis
     always: Sequence[FreeParameter]
     kept_back: Data
-    offsets: tuple[float, ...] | Sequence[FreeParameter]
+    offsets: tuple[Offsets, ...] | Sequence[FreeParameter]
     form: float
 
 

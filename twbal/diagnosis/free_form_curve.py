@@ -12,7 +12,7 @@ from twbal.diagnosis.free_form_shape import shape_of
 from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
 from twbal.sysid.intervals import NORMAL95
 from twbal.sysid.kalman import Filter, LinearPlanarModel
-from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.smooth_function import Smooth
 from twbal.sysid.smooth_regression import PriorFit, Projected, Weights, posterior_weights
 
@@ -126,7 +126,7 @@ def held_out_share(
     fitted: Fitted,
     before: Model,
     kept_back: Data,
-    offsets: tuple[float, ...] | Sequence[FreeParameter],
+    offsets: tuple[Offsets, ...] | Sequence[FreeParameter],
     dispersion: float,
 ) -> float:
     """Share of the mean square error of predictions over about 0.15 s on held-out data that goes with it.
@@ -139,7 +139,7 @@ def held_out_share(
         fitted: the function.
         before: the set of effects as it was fitted.
         kept_back: recordings that nothing was fitted to.
-        offsets: of the tilt there.
+        offsets: of these recordings, or what is free of them.
         dispersion: that the function leaves.
     """
     weights = fitted.weights(dispersion).mean

@@ -47,11 +47,13 @@ class _Rollouts(NamedTuple):
         starts: (n,) of them.
         courses: (n, S + 1, 4) that they take in the engine, in the order of `MEASURED`.
         errors: (n, S + 1, 4) predicted less measured.
+        recordings: (n,) numbers of those that the starts are in.
     """
 
     starts: Sequence[ReplayStart]
     courses: Array
     errors: Array
+    recordings: Sequence[int]
 
 
 class RolloutStarts(NamedTuple):
@@ -155,21 +157,35 @@ def _rollouts(
 ) -> _Rollouts:
     """Rollouts of a model from some instants of recordings, under (n, S) commands, and how far they stray.
 
-    The engine knows of no tilt offset that changes from recording to recording; that is added here. What a filter of
+    A tilt offset of a recording is added here, as it is no effect. What a filter of
     the tilt shows is all that it remembers, so in a model that has one the tilt begins at what was measured. By as much
     as the engine's own filter shows something else there, it is off later, less what it forgets.
     """
     remembered = _remembered(result, recordings[0].period)
     starts = [_start(result.trajectories[r], recordings[r], t, remembered) for r, t in places]
     seen = np.array([recordings[r].measured[t : t + commands.shape[1] + 1] for r, t in places])  # (n, S + 1, 4)
-    courses = replay(result, starts, commands)[:, :, _COLUMNS]
+    of = [r for r, _ in places]
+    courses = _replayed(result, of, replay, starts, commands)
     errors = courses - seen
     if result.offsets:
-        errors[:, :, 0] += np.array([result.offsets[r] for r, _ in places])[:, None]
+        errors[:, :, 0] += np.array([result.offsets[r].tilt for r in of])[:, None]
     if result.filter_rate > 0.0:
         ahead = recordings[0].period * np.arange(errors.shape[1])
         errors[:, :, 0] -= errors[:, :1, 0] * np.exp(-result.filter_rate * ahead)
-    return _Rollouts(starts, courses, errors)
+    return _Rollouts(starts, courses, errors, of)
+
+
+def _replayed(
+    result: FilterResult, recordings: Sequence[int], replay: Replay, starts: Sequence[ReplayStart], commands: Array
+) -> Array:
+    """(n, S + 1, 4) courses of a model from starts in recordings, each with its own battery and ground."""
+    found = np.empty((len(starts), commands.shape[1] + 1, len(_COLUMNS)))
+    alike = all(result.effects_in(r) == result.effects for r in recordings)
+    for each in (None,) if alike else sorted({*recordings}):
+        rows = [i for i, r in enumerate(recordings) if each in (None, r)]
+        own = replace(result, effects=result.effects_in(recordings[rows[0]]))
+        found[rows] = replay(own, [starts[i] for i in rows], commands[rows])[:, :, _COLUMNS]
+    return found
 
 
 def _places(
@@ -239,14 +255,14 @@ def _floor(
         noise: as of `measure_gaps`.
         radius: as of `measure_gaps`.
     """
-    starts, courses, _ = rollouts
+    starts, courses = rollouts.starts, rollouts.courses
     some = np.linspace(0, len(starts) - 1, min(len(starts), _FLOOR_STARTS)).astype(int)
-    held, right = commands[some], courses[some]
+    held, right, of = commands[some], courses[some], [rollouts.recordings[i] for i in some]
     values, vectors = np.linalg.eigh(result.posterior_covariance)
     variance = np.tile(noise**2, (right.shape[1], 1))
     for value, direction in zip(values, vectors.T, strict=True):
         off = [_moved(starts[i], np.sqrt(max(value, 0.0)) * direction, radius) for i in some]
-        variance += np.mean((replay(result, off, held)[:, :, _COLUMNS] - right) ** 2, axis=0)
+        variance += np.mean((_replayed(result, of, replay, off, held) - right) ** 2, axis=0)
     return np.asarray(np.sqrt(variance))
 
 

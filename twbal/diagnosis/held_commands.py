@@ -65,7 +65,7 @@ class SentCommands(NamedTuple):
 
 def sent_commands(data: Data, model: Model) -> list[SentCommands]:
     """Each recording by itself, with the model that is one of all."""
-    kalman = data.filter(model)
+    kalman, model = data.filter(model), model.apart
     offsets = [model.offsets[k : k + 1] for k in range(len(data.recordings))]
     return [
         SentCommands(replace(data, recordings=[recording]), model._replace(offsets=offset), kalman)

@@ -10,7 +10,7 @@ from twbal.core.gaussian import Array, Mask
 from twbal.core.mobility import falling_time
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
-from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
+from twbal.diagnosis.candidates import Candidate, always_free, log_offsets
 from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
@@ -57,11 +57,11 @@ from twbal.diagnosis.verdict import (
     shifts_of,
     temperature_of,
 )
-from twbal.planar.parameters import planar_parameters
-from twbal.sysid.model import Data, Model
+from twbal.planar.parameters import PlanarParameters, planar_parameters
+from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel
 from twbal.sysid.prediction_error_fit import descend
-from twbal.sysid.recording import MEASURED, Recording
+from twbal.sysid.recording import MEASURED, Recording, are_of_several_runs
 
 _NOISE_ITERATIONS = 30
 _LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit
@@ -97,10 +97,7 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     planar = planar_parameters(robot, effects)
-    data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
-    offsets = tilt_offsets(settings.tolerances, len(recordings))
-    start = Model(planar, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
-    always = always_free(settings.tolerances, planar, len(recordings))
+    data, start, always = _begun(recordings, robot, planar, settings)
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     problem, base, extent = _against_chance(problem, robot, progress)
     settings = problem.settings
@@ -120,7 +117,8 @@ def name_effects(
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     if verdict is Verdict.UNKNOWN:
         named, effects_found = _guessed(problem, selection, effects_found, objected)
-    nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
+    tilts = log_offsets(settings.tolerances, len(recordings), several_runs=False)  # the rest is none of its own
+    nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), tilts))
     fitted = _filter_result(data, selection.base, effects)
     return Findings(
         verdict=verdict,
@@ -143,6 +141,18 @@ def name_effects(
         power=power,
         null_score=chance,
     )
+
+
+def _begun(
+    recordings: Sequence[Recording], robot: RobotParameters, planar: PlanarParameters, settings: Settings
+) -> tuple[Data, Model, tuple[FreeParameter, ...]]:
+    """The data, the simulation as it is, and what every model may change."""
+    data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
+    logs = len(recordings), are_of_several_runs(recordings)
+    offsets = log_offsets(settings.tolerances, *logs)
+    start = Model(planar, 0.0, first_noise(robot, data.sensed), (Offsets(),) * (logs[0] if offsets else 0))
+    start = start._replace(balanced=logs[0] if logs[1] and offsets else 0)
+    return data, start, always_free(settings.tolerances, planar, *logs)
 
 
 def _against_chance(

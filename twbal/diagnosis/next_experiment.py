@@ -11,7 +11,7 @@ from twbal.diagnosis.experiments import SECONDS, Experiment, experiments_of, sim
 from twbal.diagnosis.follow_up import NextExperiment
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.separation import Prior, divergences, expected_separation, prior_of
-from twbal.sysid.model import TiltOffset
+from twbal.sysid.model import Offsets, offsets_of
 from twbal.sysid.recording import Recording
 
 _SEED = 0
@@ -55,13 +55,13 @@ def _separation(comparison: ModelComparison, divergences: Array) -> float:
 
 
 def _of_episode(comparison: ModelComparison, priors: Sequence[Prior], recording: Recording) -> Array:
-    """(R, R) divergences over a simulated episode, in which the tilt has an offset of its own where it may have one."""
+    """(R, R) divergences over a simulated episode, which has offsets of its own where it may have some."""
     models = [rival.fit.model for rival in comparison.rivals]
-    offsets = (0.0,) if models[0].offsets else ()
+    offsets = (Offsets(),) if models[0].offsets else ()
     data = replace(comparison.data, recordings=[recording])
     return divergences(
         data,
-        [model._replace(offsets=offsets) for model in models],
+        [model._replace(offsets=offsets, balanced=0) for model in models],
         [with_offsets(prior, comparison, len(offsets)) for prior in priors],
     )
 
@@ -75,13 +75,12 @@ def _of_repetition(comparison: ModelComparison, priors: Sequence[Prior]) -> Arra
 
 
 def with_offsets(prior: Prior, comparison: ModelComparison, recordings: int) -> Prior:
-    """A prior with a new constant of the tilt in each of so many recordings."""
+    """A prior with new offsets of so many recordings."""
     if not recordings:
         return prior
-    first = next(free for free in comparison.rivals[0].fit.free_parameters if isinstance(free.field, TiltOffset))
-    offsets = tuple(first._replace(field=TiltOffset(number)) for number in range(recordings))
+    offsets = offsets_of(comparison.rivals[0].fit.free_parameters, range(recordings))
     size = len(prior.free_parameters)
-    H = np.zeros((size + recordings,) * 2)
+    H = np.zeros((size + len(offsets),) * 2)
     H[:size, :size] = prior.curvature
-    H[size:, size:] = np.eye(recordings) / first.sd**2
+    H[size:, size:] = np.diag([1.0 / free.sd**2 for free in offsets])
     return Prior((*prior.free_parameters, *offsets), H)

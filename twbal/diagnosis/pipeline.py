@@ -12,7 +12,7 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import OUTWEIGHED, UNCONFIRMED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
-from twbal.diagnosis.candidates import always_free, tilt_offsets
+from twbal.diagnosis.candidates import always_free, log_offsets
 from twbal.diagnosis.commands_that_acted import without_lost_commands
 from twbal.diagnosis.disagreement import disagreements
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -22,6 +22,7 @@ from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, widened, with_shares
+from twbal.diagnosis.gyro_walk import gyro_bias_walk
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
@@ -40,7 +41,14 @@ from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import planar_parameters
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
-from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_not_used
+from twbal.sysid.recording import (
+    MEASURED,
+    Recording,
+    Usability,
+    are_of_several_runs,
+    read_recordings,
+    what_is_not_used,
+)
 
 Progress = Callable[[str], None]
 """Is told what is being done, a line at a time."""
@@ -96,7 +104,8 @@ def diagnose_episodes(
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
     simulated = DiagnosedSimulation(robot, present, dividing_step(robot.control_period, simulation.physics_step))
     if in_air:
-        settings = replace(settings, tolerances=replace(settings.tolerances, tilt_offset=0.0))
+        still = replace(settings.tolerances, tilt_offset=0.0, battery=0.0, floor_slope=0.0)
+        settings = replace(settings, tolerances=still)
         simulated = replace(simulated, robot=held(robot), effects=without_rotors(present))
         usability = replace(usability, min_samples=data.min_length, needs_tilt=False)
         measured, tests = _upright(measured), _upright(tests)
@@ -124,6 +133,7 @@ def diagnose_episodes(
                 "looking for a function of one variable",
                 partial(_with_free_forms, comparison, split, simulated, settings, data, progress),
             ),
+            ("looking at the bias of the gyro", partial(_with_gyro_walk, comparison)),
             ("choosing the next experiment", partial(_with_next_experiment, comparison, robot, data, progress)),
         ):
             diagnosis = _with_step(what, step, diagnosis)
@@ -179,6 +189,10 @@ def _with_next_experiment(
     return replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
 
 
+def _with_gyro_walk(comparison: ModelComparison, diagnosis: Diagnosis) -> Diagnosis:
+    return replace(diagnosis, gyro_bias_walk=gyro_bias_walk(comparison.data, comparison.chosen))
+
+
 def _motor_difference(
     found: Findings, episodes: Sequence[Episode], simulation: DiagnosedSimulation, data: DataSettings
 ) -> MotorDifference | None:
@@ -196,13 +210,13 @@ def free_form_inputs(
     recordings: Sequence[Recording] = split.kept_back
     kept_back = replace(comparison.data, recordings=recordings)
     planar = planar_parameters(simulation.robot, simulation.effects)
-    ends = comparison.chosen.fit.model.offsets
+    ends, several_runs = comparison.chosen.fit.model.apart.offsets, are_of_several_runs(comparison.data.recordings)
     return FreeFormInputs(
         comparison.data,
         comparison.chosen,
-        always_free(tolerances, planar, len(comparison.data.recordings)),
+        always_free(tolerances, planar, len(comparison.data.recordings), several_runs),
         kept_back,
-        ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
+        ends if split.are_ends else log_offsets(tolerances, len(recordings), several_runs),
         float(np.hypot(settings.thresholds.form_error, tolerances.data_sheet)),
     )
 
@@ -244,9 +258,9 @@ def _diagnosis(
     found: Findings, split: Split, simulation: DiagnosedSimulation, settings: Settings, data: DataSettings
 ) -> Diagnosis:
     """What was found, with the gap that it closes on held-out data."""
-    nominal, refitted = (
-        _seen_by(model, split, simulation.robot, settings) for model in (found.nominal, found.refitted)
-    )
+    as_it_is = replace(settings, tolerances=replace(settings.tolerances, battery=0.0, floor_slope=0.0))
+    nominal = _seen_by(found.nominal, split, simulation.robot, as_it_is)
+    refitted = _seen_by(found.refitted, split, simulation.robot, settings)
     named = refitted
     if found.named is not found.refitted:
         named = _seen_by(found.named, split, simulation.robot, settings)
@@ -316,9 +330,10 @@ def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Finding
 
 
 def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, settings: Settings) -> FilterResult:
-    """What a fitted model makes of what was kept back; other recordings have tilt offsets of their own."""
+    """What a fitted model makes of what was kept back; other recordings have offsets of their own."""
     recordings: Sequence[Recording] = split.kept_back
-    offsets = filtered.offsets if split.are_ends else tilt_offsets(settings.tolerances, len(recordings))
+    free = log_offsets(settings.tolerances, len(recordings), are_of_several_runs(split.fitted))
+    offsets = filtered.offsets if split.are_ends else free
     return filter_recordings(
         robot, filtered.effects, filtered.noise, filtered.angle_lead, recordings, settings.substeps, offsets
     )

@@ -8,6 +8,7 @@ from typing import NamedTuple, Self
 from twbal.diagnosis.calibration import Objected
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
+from twbal.diagnosis.gyro_walk_record import GyroBiasWalk
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.motor_difference_record import MotorDifference
 from twbal.diagnosis.null_record import NullScore
@@ -311,6 +312,7 @@ class Diagnosis:
         free_form: functions of one variable that explain a part of what remains; drawn, and not named.
         motor_difference: by how much one motor is stronger than the other; None where the yaw rate does not show it.
         lost_commands: how many commands did not reach the robot; None where the measurements show none.
+        gyro_bias_walk: by how much the bias of the gyro walks; None without a gyro.
         contradicted: whether rollouts on held-out data speak against the fit, so that what was added is no finding.
         power: of effects that the best set does not have: how likely they would have been found, had they been there.
         null_score: of the best of these effects, and how often chance alone makes one score more; None where no sets
@@ -336,6 +338,7 @@ class Diagnosis:
     free_form: tuple[FreeForm, ...] = ()
     motor_difference: MotorDifference | None = None
     lost_commands: CommandLoss | None = None
+    gyro_bias_walk: GyroBiasWalk | None = None
     contradicted: bool = False
     power: tuple[DetectionPower, ...] = ()
     null_score: NullScore | None = None

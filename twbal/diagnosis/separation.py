@@ -22,7 +22,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.sysid.intervals import curvature
-from twbal.sysid.model import Data, FreeParameter, Model, TiltOffset
+from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
 from twbal.sysid.normal_equations import solve_normal
 from twbal.sysid.prediction_error_fit import Fit, slopes
 
@@ -30,7 +30,7 @@ _RIDGE = 1e-9  # of the curvature's diagonal, against directions that no data be
 
 
 class Prior(NamedTuple):
-    """What the first data say of a rival's free values, but for the tilt's offsets: those are of a recording.
+    """What the first data say of a rival's free values, but for offsets: those are of a recording.
 
     Attributes:
         free_parameters: the values.
@@ -42,10 +42,10 @@ class Prior(NamedTuple):
 
 
 def prior_of(data: Data, fit: Fit) -> Prior:
-    """The curvature of a fit's cost, the tilt's offsets of the first recordings marginalised (Schur complement)."""
+    """The curvature of a fit's cost, the offsets of the first recordings marginalised (Schur complement)."""
     J = slopes(data, fit.model, fit.kalman, fit.free_parameters, fit.white)
     H = curvature(fit.free_parameters, J)
-    own = np.array([isinstance(free.field, TiltOffset) for free in fit.free_parameters])
+    own = np.array([isinstance(free.field, LogOffset) for free in fit.free_parameters])
     H = H + _RIDGE * np.diag(np.diag(H))
     shared = H[np.ix_(~own, ~own)]
     if own.any():

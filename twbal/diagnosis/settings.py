@@ -25,6 +25,8 @@ class Tolerances:
         imu_timing: by which the IMU may be late, one-sided [s].
         angle_timing: by which angles may be read before or after rates [s].
         tilt_offset: by which the tilt of each recording may be off by a constant of its own [rad]; 0: by nothing.
+        battery: share by which the motors may be stronger or weaker in each recording, where these are of several runs.
+        floor_slope: by which the ground may rise in each recording, likewise [rad].
         factors: by value of the robot's sheet, its tolerance in that of a published one; 1 for others.
     """
 
@@ -33,6 +35,8 @@ class Tolerances:
     imu_timing: float
     angle_timing: float
     tilt_offset: float
+    battery: float
+    floor_slope: float
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, name: Field) -> float:

@@ -24,7 +24,7 @@ from twbal.diagnosis.log_names import distinct_names
 from twbal.diagnosis.prediction_errors import PredictionErrors, prediction_errors
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters, planar_parameters
-from twbal.sysid.model import FreeParameter, Model, TiltOffset
+from twbal.sysid.model import FreeParameter, LogOffset, Model
 from twbal.sysid.recording import MEASURED
 
 Progress = Callable[[str], None]
@@ -96,7 +96,8 @@ def _errors(planar: PlanarParameters, read: ReadLog, settings: EvaluationSetting
     model = Model(planar, 0.0, read.noise)
     sd = settings.tilt_offset
     if sd > 0.0:
-        model = with_offsets(read.data, model, [FreeParameter(TiltOffset(0), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd)])
+        tilt = FreeParameter(LogOffset(0, "tilt"), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd)
+        model = with_offsets(read.data, model, [tilt])
     return prediction_errors(read.data, model, read.plan, generator(Stream.SENSOR_NOISE, settings.seed, log))
 
 

@@ -17,12 +17,12 @@ choice of the group `effect`. To put one into the simulation, with a value of yo
 twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5
 ```
 
-`twbal diagnose` weighs all but three of them: the noise of the sensors it finds in any case, lost commands and unequal
-motors in steps of their own. In the tables, *range* is that of plausible robots; where a star stands beside it, it is
-for robots of 20 N·m, 20 ms and 12 kg, and grows with the robot's torque limit, control period or mass. *Default* is the
-value of an effect that is put into a simulation, and *no effect* the one at which it does nothing.
-[CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own. `python scripts/effects.py` writes this
-page from the definitions.
+`twbal diagnose` weighs all but four of them: the noise of the sensors it finds in any case, lost commands, unequal
+motors and a walking bias of the gyro in steps of their own. In the tables, *range* is that of plausible robots; where a
+star stands beside it, it is for robots of 20 N·m, 20 ms and 12 kg, and grows with the robot's torque limit, control
+period or mass. *Default* is the value of an effect that is put into a simulation, and *no effect* the one at which it
+does nothing. [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own. `python scripts/effects.py`
+writes this page from the definitions.
 """
 
 

@@ -60,11 +60,11 @@ def tipped(k: Constants, s: PlanarState, before: Turning, after: Turning) -> Pla
 
 
 @kernel(is_inlined=True)
-def joint_torque(p: PlanarParameters, k: Constants, s: PlanarState, turning: Turning) -> float:
-    """Torque in both joints beside the motors' and all that is dry [N·m]."""
+def joint_torque(p: PlanarParameters, k: Constants, s: PlanarState, torque: float, turning: Turning) -> float:
+    """Torque in both joints beside the motors' `torque` and all that is dry [N·m]."""
     relative = s.wheel_speed - s.tilt_rate
     at = JointMotion(s.wheel - s.tilt, relative, 0.0, k.apart, turning.heading)
-    return turn(p, -2.0 * k.viscous * relative, at)
+    return turn(p, torque, at) - torque - 2.0 * k.viscous * relative
 
 
 class Inertias(NamedTuple):
@@ -115,11 +115,14 @@ def swung(k: Constants, s: PlanarState, f: Forces, speed: float, tilt_rate: floa
 
 
 @kernel(is_inlined=True)
-def forces(p: PlanarParameters, k: Constants, s: PlanarState, time: float, turning: Turning) -> Forces:
-    """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside."""
+def forces(p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning) -> Forces:
+    """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside.
+
+    Args: as of `twbal.planar.rolling.roll`.
+    """
     alpha = s.tilt + k.offset
     (sine, cosine), spin = sine_and_cosine(alpha), turning.rate * turning.rate
-    joint = joint_torque(p, k, s, turning)
+    joint = joint_torque(p, k, s, torque, turning)
     speed, weight = k.radius * s.wheel_speed + s.slip, k.mass * GRAVITY
     axle = AxleMotion(
         s.position, speed, time, weight, s.wheel, s.wheel_speed, k.apart, turning.heading, s.x, s.y, turning.cosine,

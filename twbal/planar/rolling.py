@@ -38,7 +38,7 @@ def roll(
         time: since the rollout began [s].
     """
     h = k.step
-    f = forces(p, k, s, time, turning)
+    f = forces(p, k, s, torque, time, turning)
     loose = k.play.rotors > 0.0
     coupling = k.b * f.leaning - k.geared
     a, coupling, c = without_swinging(k, k.radius * f.leaning, k.a - k.play.rotors, coupling, k.c)

@@ -22,14 +22,14 @@ def slide(
     Args: as of `twbal.planar.rolling.roll`.
     """
     h, r = k.step, k.radius
-    f = forces(p, k, s, time, turning)
+    f = forces(p, k, s, torque, time, turning)
     slope = slope_ahead(k, turning)
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
     mass, coupling, c = without_swinging(k, f.leaning, k.mass, k.arm * f.leaning, k.c - k.geared)
     determinant = mass * c - coupling * coupling
     w, v, q = c / determinant, -coupling / determinant, mass / determinant  # axle by axle, by body; body by body
-    rubbed = joint_torque(p, k, s, turning)
+    rubbed = joint_torque(p, k, s, torque, turning)
     rolled = -2.0 * k.rolling_viscous * s.wheel_speed
     on_axle = (f.on_wheels - rubbed - rolled) / r
     on_body = f.on_body - torque

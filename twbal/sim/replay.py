@@ -14,12 +14,13 @@ from twbal.core.robot_model import EffectState, RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect, assemble
+from twbal.effects.gyro_bias_walk import GyroBiasWalk
 from twbal.effects.lost_commands import LostCommands
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.sim.restart_state import RestartState
 from twbal.sim.world import World
 
-_LEFT_OUT = (SensorNoise, LostCommands)
+_LEFT_OUT = (SensorNoise, GyroBiasWalk, LostCommands)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,8 @@ def replay(
 
     Args:
         robot: data sheet.
-        effects: of the simulation; noise of the sensors is left out, and lost commands: recorded ones acted.
+        effects: of the simulation; noise of the sensors is left out, as is a bias that walks, and lost commands:
+            recorded ones acted.
         physics_step: [s].
         starts: n motions.
         commands: (n, S) [N·m].

@@ -1,6 +1,6 @@
 """A model of the recordings: the planar model with values for what is free, and what it leaves of the data."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -27,18 +27,34 @@ _NOT_OF_STEPS = 0.3  # share of the standard deviation of a stepped wheel angle 
 _LAGS = 20  # control periods over which errors may remember
 
 
-class TiltOffset(NamedTuple):
-    """Stands for the constant that is added to the tilt of one recording [rad].
+class Offsets(NamedTuple):
+    """What differs from recording to recording of one robot.
+
+    Attributes:
+        tilt: that is added to the measured tilt [rad].
+        torque: by which the motors are stronger than in the mean of the recordings, as a share: the battery.
+        slope: by which the ground rises more [rad].
+    """
+
+    tilt: float = 0.0
+    torque: float = 0.0
+    slope: float = 0.0
+
+
+class LogOffset(NamedTuple):
+    """Stands for one of the offsets of one recording.
 
     Attributes:
         recording: its number.
+        kind: field of `Offsets`.
     """
 
     recording: int
+    kind: str
 
 
-Field = str | TiltOffset
-"""A field of `PlanarParameters`, `ANGLE_LEAD`, or the tilt's offset in a recording."""
+Field = str | LogOffset
+"""A field of `PlanarParameters`, `ANGLE_LEAD`, or an offset of a recording."""
 
 
 class FreeParameter(NamedTuple):
@@ -69,9 +85,19 @@ class FreeParameter(NamedTuple):
     @property
     def name(self) -> str:
         """As `effect.parameter`, or what else it is."""
-        if isinstance(self.field, TiltOffset):
-            return f"tilt_offset_{self.field.recording}"
+        if isinstance(self.field, LogOffset):
+            return f"{self.field.kind}_offset_{self.field.recording}"
         return f"{self.effect}.{self.parameter}" if self.effect else self.field
+
+
+def offsets_of(free_parameters: Iterable[FreeParameter], recordings: Iterable[int]) -> tuple[FreeParameter, ...]:
+    """The offsets that are free in the first recording, for those with these numbers."""
+    return tuple(
+        free._replace(field=free.field._replace(recording=number))
+        for number in recordings
+        for free in free_parameters
+        if isinstance(free.field, LogOffset) and free.field.recording == 0
+    )
 
 
 class Model(NamedTuple):
@@ -81,33 +107,55 @@ class Model(NamedTuple):
         planar: with all values put in.
         angle_lead: [s].
         noise: levels of noise, from which the filter's gain follows.
-        offsets: of the tilt of each recording [rad]; none where they are all 0.
+        offsets: of each recording; none where they are all 0.
+        balanced: number of recordings, from the first one on, from the mean of whose torque offsets all are counted.
     """
 
     planar: PlanarParameters
     angle_lead: float
     noise: NoiseModel
-    offsets: tuple[float, ...] = ()
+    offsets: tuple[Offsets, ...] = ()
+    balanced: int = 0
+
+    @property
+    def apart(self) -> "Model":
+        """The same with offsets that are counted from 0."""
+        if not self.balanced:
+            return self
+        mean = sum(each.torque for each in self.offsets[: self.balanced]) / self.balanced
+        return self._replace(offsets=tuple(o._replace(torque=o.torque - mean) for o in self.offsets), balanced=0)
+
+    def share(self, field: LogOffset, recording: int) -> float:
+        """What an offset adds to that of a recording, of each unit."""
+        is_balanced = field.kind == "torque" and field.recording < self.balanced
+        return float(field.recording == recording) - (1.0 / self.balanced if is_balanced else 0.0)
 
     def value(self, field: Field) -> float:
         """The value of a field."""
-        if isinstance(field, TiltOffset):
-            return self.offsets[field.recording]
+        if isinstance(field, LogOffset):
+            return float(getattr(self.offsets[field.recording], field.kind))
         return self.angle_lead if field == ANGLE_LEAD else float(getattr(self.planar, field))
 
     def put(self, values: Mapping[Any, float]) -> "Model":  # Any: a mapping of str alone is one of fields, too
         """The model with other values of some fields."""
-        offsets = tuple(values.get(TiltOffset(k), offset) for k, offset in enumerate(self.offsets))
+        offsets = list(self.offsets)
+        for field, value in values.items():
+            if isinstance(field, LogOffset):
+                offsets[field.recording] = offsets[field.recording]._replace(**{field.kind: value})
         fields = {field: value for field, value in values.items() if isinstance(field, str) and field != ANGLE_LEAD}
         lead = values.get(ANGLE_LEAD, self.angle_lead)
-        return self._replace(planar=self.planar._replace(**fields), angle_lead=lead, offsets=offsets)
+        return self._replace(planar=self.planar._replace(**fields), angle_lead=lead, offsets=tuple(offsets))
 
     def planar_for(self, recording: int) -> PlanarParameters:
-        """The planar model, with the tilt's offset in a recording."""
+        """The planar model, with the offsets of a recording."""
         if not self.offsets:
             return self.planar
-        angle = self.planar.imu_mount_angle_angle + self.offsets[recording]
-        return self.planar._replace(imu_mount_angle_angle=angle)
+        p, own = self.planar, self.apart.offsets[recording]
+        return p._replace(
+            imu_mount_angle_angle=p.imu_mount_angle_angle + own.tilt,
+            torque_gain_gain=p.torque_gain_gain * (1.0 + own.torque),
+            ground_slope_angle=p.ground_slope_angle + own.slope,
+        )
 
 
 @dataclass(frozen=True, eq=False)

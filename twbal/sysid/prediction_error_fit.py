@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
 from twbal.sysid.noise import NoiseModel
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
@@ -49,12 +49,28 @@ def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
 
 
 def slopes(data: Data, model: Model, kalman: Filter, free_parameters: Sequence[FreeParameter], white: Array) -> Array:
-    """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound."""
+    """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound.
+
+    An offset bears on one recording alone, so those of one kind are moved in all recordings at once.
+    """
     columns = np.empty((len(white), len(free_parameters)))
+    ends = 4 * np.cumsum([0, *(len(recording) for recording in data.recordings)])
+    offsets: dict[str, list[tuple[int, LogOffset, float]]] = {}
     for i, free in enumerate(free_parameters):
         value = model.value(free.field)
         nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
-        columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+        if isinstance(free.field, LogOffset):
+            offsets.setdefault(free.field.kind, []).append((i, free.field, nudge))
+        else:
+            columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+    apart = model.apart
+    for these in offsets.values():
+        change = data.white(apart.put({field: apart.value(field) + nudge for _, field, nudge in these}), kalman) - white
+        for _, field, nudge in these:
+            change[slice(*ends[field.recording : field.recording + 2])] /= nudge
+        for i, field, _ in these:
+            shares = [model.share(field, recording) for recording in range(len(data.recordings))]
+            columns[:, i] = np.repeat(shares, np.diff(ends)) * change
     return columns
 
 

@@ -1,5 +1,6 @@
 """What a diagnosis reads of an episode, checked."""
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
@@ -7,7 +8,7 @@ from math import degrees
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from twbal.core.episode import Episode
+from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
@@ -48,6 +49,7 @@ class Recording:
             was lost.
         sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
             errors do not count.
+        run: number of the run of the robot that it is from, in which battery and floor stay what they are.
         uneven_sum: (T + 1,) what each control period of an uneven loop adds to a tilt that sums up the gyro [rad]; see
             `uneven_sum`. None: the loop was even.
     """
@@ -60,6 +62,7 @@ class Recording:
     usable: Mask
     sensed: Mask
     uneven_sum: Array | None = None
+    run: int = 0
 
     def __len__(self) -> int:
         return len(self.commands)
@@ -121,7 +124,10 @@ def read_recordings(
     for episode, name in zip(episodes, names, strict=True):
         _check_episode(episode, name, robot)
     uneven = is_uneven([_pace(episode, usability) for episode in episodes])
-    found = [_read(episode, name, robot, usability, uneven) for episode, name in zip(episodes, names, strict=True)]
+    found = [
+        replace(_read(episode, name, robot, usability, uneven), run=run)
+        for episode, name, run in zip(episodes, names, _runs(episodes), strict=True)
+    ]
     recordings = tuple(recording for recording in found if recording.counted >= max(usability.min_length, 1))
     total, needed = sum(recording.counted for recording in recordings), max(usability.min_samples, 1)
     if total < needed:
@@ -138,6 +144,21 @@ def read_recordings(
     recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
     _check_signals(recordings, usability.needs_tilt)
     return recordings
+
+
+def are_of_several_runs(recordings: Sequence[Recording]) -> bool:
+    """Whether recordings are of more than one run of the robot."""
+    return len({recording.run for recording in recordings}) > 1
+
+
+def _runs(episodes: Sequence[Episode]) -> list[int]:
+    """Number of the run of each episode: the trials of one run differ in their number alone, and each has its own."""
+    times, numbers = Counter[Provenance](), dict[tuple[Provenance, int], int]()
+    found = list[int]()
+    for source in (episode.provenance for episode in episodes):
+        found.append(numbers.setdefault((replace(source, trial=0), times[source]), len(numbers)))
+        times[source] += 1
+    return found
 
 
 def check_episodes(episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters) -> None:

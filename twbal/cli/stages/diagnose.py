@@ -25,6 +25,7 @@ from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 from twbal.diagnosis.record import Diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
+from twbal.sysid.model import Offsets
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_figures import (
     autocorrelation_figure,
@@ -149,6 +150,7 @@ def _diagnose_to_files(
         ("robot", robot.name),
         ("effects in the simulation already", ", ".join(simulation.effects) or "none"),
         *_offsets(result.findings.named, [recording.name for recording in split.fitted]),
+        *([("walk of the gyro's bias", diagnosis.gyro_bias_walk.text)] if diagnosis.gyro_bias_walk else []),
         ("noise of the sensors, as found", ", ".join(f"{k} {v:.2g} {_UNITS[k]}" for k, v in diagnosis.noise.items())),
     ]
     setting = DiagnosisSetting(robot.name, measured.names, seconds, str(out / AUGMENTED), _UNITS, facts)
@@ -173,11 +175,15 @@ def _title(result: DiagnosisResult) -> str:
 
 
 def _offsets(filtered: FilterResult, names: Sequence[str]) -> list[tuple[str, str]]:
-    """A line on the tilt's offsets, where they were free."""
-    if not filtered.offsets:
-        return []
-    found = [f"{name} {np.degrees(offset):+.1f}°" for name, offset in zip(names, filtered.offsets, strict=True)]
-    return [("offsets of the tilt, as found", ", ".join(found))]
+    """Lines on what differs from recording to recording, where that was free."""
+    tilts, torques, slopes = np.reshape(filtered.offsets, (-1, len(Offsets._fields))).T
+    kinds = {
+        "offsets of the tilt, as found": [f"{np.degrees(tilt):+.1f}°" for tilt in tilts if tilts.any()],
+        "torque of each recording (its battery), as found": [f"{torque:+.1%}" for torque in torques if torques.any()],
+        "ground of each recording, as found": [f"{np.degrees(slope):+.2f}°" for slope in slopes if slopes.any()],
+    }
+    lines = {what: zip(names, values, strict=True) for what, values in kinds.items() if values}
+    return [(what, ", ".join(f"{name} {value}" for name, value in each)) for what, each in lines.items()]
 
 
 def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[dict[str, str], list[Path]]:

@@ -1,5 +1,6 @@
 """Bring logs that twbal did not make into episode logs."""
 
+import json
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -292,7 +293,10 @@ def _imported(files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenanc
     names = _names(files)
     for file, name in zip(with_progress(files, "files", len(files)), names, strict=True):
         try:
-            imported = import_file(file, mapping, wanted, replace(provenance, trial=len(found.episodes)))
+            its_own = f"{provenance.config}imported_from: {json.dumps(name)}\n"  # a run of the robot of its own
+            imported = import_file(
+                file, mapping, wanted, replace(provenance, trial=len(found.episodes), config=its_own)
+            )
         except DataError as error:
             found.refused.append(_naming(file, error))
             if len(files) > 1:
