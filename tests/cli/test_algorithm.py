@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hydra import compose
 
-from twbal.algorithm.iteration import Base, PolicyFile
+from twbal.algorithm.iteration import Base, Basis, PolicyFile
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate, RolloutSettings
 from twbal.algorithm.steps import FittedDifference
@@ -61,9 +61,7 @@ class NotedSteps(StageSteps):
         return PolicyFile(f"{policy}/policy.pt", self._kept.get(str(policy), str(policy)))
 
     def chosen(self, place):
-        return FittedDifference(
-            place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0)
-        )
+        return FittedDifference(place / MODEL, self._likeliest, EVIDENCES[self._likeliest])
 
     def closed(self, diagnosis):
         return 0.0 if str(diagnosis) in self._useless else 0.9
@@ -76,6 +74,9 @@ def upright(periods, rocked=0.0):
     states, source = np.zeros((periods + 1, 1)), Provenance("paper", "robot")
     return Episode(("tilt",), 0.02, observations, states, np.zeros(periods), Outcome.COMPLETED, source)
 
+
+EVIDENCES = ((-70.0, -90.0, -95.0), (-70.0, -40.0, -95.0), (-70.0, -90.0, -60.0))
+"""Of the given simulation, the identified one and none [nats], by which of them is the likeliest."""
 
 SOLVED_TWICE = ("iteration_1/trials", "iteration_2/trials")
 """By policy 1, before and after its model is recalibrated."""
@@ -116,7 +117,7 @@ def learn(
     """
     cfg = deepcopy(composed(f"robust={robust}", *words))
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
-    usual |= {"identified_base": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
+    usual |= {"base_by_evidence": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
     usual |= {"improve": False, "oscillation_limit": None, "min_update_time": 0.0, "max_update_rollouts": 4}
     usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
@@ -567,7 +568,7 @@ def test_an_agent_is_trained_once_or_was_before(tmp_path):
     assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"
 
 
-def test_with_robots_of_the_parameter_distribution_the_identified_simulation_is_one_more_base_of_g():
+def test_with_robots_of_the_parameter_distribution_the_identified_simulation_and_none_are_further_bases_of_g():
     calls, learning = learn(robust="default")
     update = ["real-rollout", "identify", "sim-collect", "sim-collect", "fit-sim-gp", "fit-diff-gp", "optimise-policy"]
     assert [call.stage for call in calls[7:14]] == update
@@ -579,7 +580,7 @@ def test_with_robots_of_the_parameter_distribution_the_identified_simulation_is_
         place = Path(f"iteration_{number}")
         assert identify.folder == place / "identify"
         assert identify.overrides["episodes"] == fit.overrides["episodes"] == list(learning.policies[number].rollouts)
-        bases = [Path("simulation/1_model/model.pt"), place / "identified_model" / "model.pt"]
+        bases = [Path("simulation/1_model/model.pt"), place / "identified_model" / "model.pt", None]
         assert fit.overrides["dynamics"] == bases
         assert search.overrides["known"] == place / "identify" / "robot_distribution.pt"
         assert search.overrides["dynamics"] == [place / "model" / "model.pt"]
@@ -610,17 +611,21 @@ def test_the_identified_simulation_is_driven_at_random_and_by_every_policy_that_
     assert last.overrides["initial_policies"] == [learning.policies[2].policy / POLICY]
 
 
-@pytest.mark.parametrize(("likeliest", "base", "gain"), [(0, Base.GIVEN, 20.0), (1, Base.IDENTIFIED, 30.0)])
+@pytest.mark.parametrize(
+    ("likeliest", "base", "gain"), [(0, Base.GIVEN, 20.0), (1, Base.IDENTIFIED, 30.0), (2, Base.NONE, 10.0)]
+)
 def test_what_was_learned_says_which_base_it_has_and_by_how_much(likeliest, base, gain):
     _, learning = learn(robust="default", likeliest=likeliest, updates=1)
     first, second = learning.policies
     assert (first.base, first.evidence_gain) == (Base.GIVEN, None)
     assert (second.base, second.evidence_gain) == (base, gain)
+    assert tuple(second.log_evidences.values()) == EVIDENCES[likeliest]
+    assert second.basis is (Basis.ROBOT if base is Base.NONE else Basis.CORRECTED)
     assert second.f == first.f == Path("simulation/1_model/model.pt")
 
 
-def test_without_the_identified_base_the_robots_are_known_all_the_same():
-    calls, learning = learn(robust="default", identified_base=False)
+def test_without_a_choice_of_the_base_the_robots_are_known_all_the_same():
+    calls, learning = learn(robust="default", base_by_evidence=False)
     assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {Path("simulation/1_model/model.pt")}
     assert all("known" in call.overrides for call in only(calls, "optimise-policy")[2:])
     assert len(only(calls, "sim-collect")) == 2

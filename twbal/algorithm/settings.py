@@ -50,8 +50,8 @@ class AlgorithmSettings:
         sim_rounds: how often f is learned once more from rollouts of its own policy.
         sim_round_rollouts: in each of these rounds.
         sim_round_exploration: standard deviation of the noise on their command, as a share of the torque limit.
-        identified_base: whether the simulation with the parameters that real rollouts tell is one more base of g,
-            where searches ask for these parameters.
+        base_by_evidence: whether the simulation with the parameters that real rollouts tell, and no simulation at all,
+            are further bases of g; where searches ask for these parameters.
         diagnose: whether what the real rollouts show to be missing enters the simulation.
         search_retries: validation rounds in the corrected simulation, at most, after each of which a policy that fails
             there is searched anew.
@@ -75,7 +75,7 @@ class AlgorithmSettings:
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
-    identified_base: bool
+    base_by_evidence: bool
     diagnose: bool
     search_retries: int
     initial_policy: InitialPolicy

@@ -1,16 +1,16 @@
 """What an update of Algorithm 1 makes of the robot's rollouts: a model, and a policy that is searched on it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Generic
+from typing import Generic, NamedTuple
 
 from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
-from twbal.algorithm.steps import Conditions, FittedDifference, K, M, P, R, S, SearchInputs, Steps, Timed
+from twbal.algorithm.steps import Conditions, K, M, P, R, S, SearchInputs, Steps, Timed
 from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
@@ -48,6 +48,24 @@ class UpdateInputs(Generic[R, M, P]):
     set_aside: tuple[int, ...] = ()
 
 
+class _Model(NamedTuple, Generic[M, K]):
+    """What an update has learned before it searches.
+
+    Attributes:
+        known: of the robot's parameters; None: nothing was asked.
+        model: f + g.
+        base: what g was learned on top of.
+        log_evidences: of the rollouts under each candidate for the base [nats]; empty where there was one.
+        seconds: that it took.
+    """
+
+    known: K | None
+    model: M
+    base: Base
+    log_evidences: Mapping[Base, float]
+    seconds: float
+
+
 class Update(Generic[R, M, P, S, K]):
     """Makes policies of rollouts.
 
@@ -75,13 +93,18 @@ class Update(Generic[R, M, P, S, K]):
                 )
 
     def with_g(self, inputs: UpdateInputs[R, M, P], basis: Basis) -> LearnedPolicy[R, M, P]:
-        """Learn g on top of the likeliest f there is, or the whole dynamics without one, and search."""
-        known, fit = self._model(inputs)
+        """Learn g on top of the likeliest base, and search.
+
+        Args:
+            inputs: what to learn from.
+            basis: what the policy is made from, where g is learned on top of an f.
+        """
+        learned = self._model(inputs)
         searching = SearchInputs(
-            [fit.value.model],
+            [learned.model],
             inputs.earlier,
             recalibration=inputs.recalibration,
-            known=known,
+            known=learned.known,
             with_margin=inputs.with_margin,
             set_aside=inputs.set_aside,
         )
@@ -89,14 +112,14 @@ class Update(Generic[R, M, P, S, K]):
         return LearnedPolicy(
             index=inputs.index,
             policy=found.value,
-            basis=basis,
-            model=fit.value.model,
+            basis=Basis.ROBOT if learned.base is Base.NONE else basis,
+            model=learned.model,
             f=inputs.f,
-            fit_s=fit.seconds,
+            fit_s=learned.seconds,
             search_s=found.seconds,
             rollouts=inputs.rollouts,
-            base=Base.IDENTIFIED if fit.value.base else Base.GIVEN,
-            evidence_gain=_gain(fit.value),
+            base=learned.base,
+            log_evidences=learned.log_evidences,
         )
 
     @property
@@ -108,38 +131,41 @@ class Update(Generic[R, M, P, S, K]):
         """Learn the model that `learned` begins with; what policies it chooses among does not matter yet."""
         self._model(inputs)
 
-    def _model(self, inputs: UpdateInputs[R, M, P]) -> tuple[K | None, Timed[FittedDifference[M]]]:
-        """What is known of the robot's parameters, and the model."""
+    def _model(self, inputs: UpdateInputs[R, M, P]) -> "_Model[M, K]":
+        """What is known of the robot's parameters, and the model on the base under which the rollouts are likeliest."""
         known: K | None = None
-        bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
+        bases: dict[Base, M | None] = {Base.NONE if inputs.f is None else Base.GIVEN: inputs.f}
+        seconds = 0.0
         if self._steps.identifies:
             identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
-            known, fit_s = identified.value.known, identified.seconds
-            if bases and self._settings.identified_base:
-                f = self._f_of(identified.value.simulation, inputs)
-                bases, fit_s = [*bases, f.value], fit_s + f.seconds
-        fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
-        return known, Timed(fit.value, fit_s + fit.seconds)
+            known, seconds = identified.value.known, identified.seconds
+            if inputs.f is not None and self._settings.base_by_evidence:
+                f = self._f_of(Base.IDENTIFIED, identified.value.simulation, inputs)
+                bases |= {Base.IDENTIFIED: f.value, Base.NONE: None}
+                seconds += f.seconds
+        fit = self._steps.fit_difference(inputs.place / "model", list(bases.values()), inputs.rollouts)
+        log_evidences = dict(zip(bases, fit.value.log_evidences, strict=False))  # none where there is one base
+        return _Model(known, fit.value.model, list(bases)[fit.value.base], log_evidences, seconds + fit.seconds)
 
-    def _f_of(self, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
-        """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot.
+    def _f_of(self, base: Base, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
+        """f of a simulation: of random rollouts there, and of some by each policy that drove the robot.
 
         These explore. What calibrates a model to undisturbed driving adds as many that do not: where noise makes a
         robot fall at once, f would say nothing of how it stands.
         """
         drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
         place, simulate = inputs.place, partial(self.simulated, simulation=simulation)
-        collecting = [partial(simulate, place / "identified_collect", 0, None)]
+        collecting = [partial(simulate, place / f"{base}_collect", 0, None)]
         for number, driver in enumerate(drivers, start=1):
-            collecting.append(partial(simulate, place / f"identified_driven_{number - 1}", number, driver))
+            collecting.append(partial(simulate, place / f"{base}_driven_{number - 1}", number, driver))
             if inputs.recalibration:
-                calm = place / f"identified_undisturbed_{number - 1}"
+                calm = place / f"{base}_undisturbed_{number - 1}"
                 collecting.append(partial(simulate, calm, len(drivers) + number, driver, exploration=0.0))
         begun = len(collecting) // 2  # about as long as the others, as most are at random
         with self._steps.begun_ahead(lambda: [collect() for collect in collecting[begun:]]):
             simulated = [collect() for collect in collecting[:begun]]
         simulated += [collect() for collect in collecting[begun:]]
-        return self._steps.fit_simulation(place / "identified_model", simulated)
+        return self._steps.fit_simulation(place / f"{base}_model", simulated)
 
     def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
         """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""
@@ -227,9 +253,3 @@ def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         searches=len(found),
         diagnosis=DiagnosisOutcome.USED,
     )
-
-
-def _gain(fit: FittedDifference[M]) -> float | None:
-    """By how much likelier the data are under the base that was kept than under the next best [nats]."""
-    others = [value for number, value in enumerate(fit.log_evidences) if number != fit.base]
-    return fit.log_evidences[fit.base] - max(others) if others else None
