@@ -88,9 +88,9 @@ class DiagnosisOutcome(StrEnum):
 
     NOT_MADE = "not made"
     USED = "used"
-    """What it found entered the simulation, and f was learned again."""
+    """f is of the simulation with what it found."""
     NOT_USED = "not used"
-    """It left the better part of the error."""
+    """It left too much of the error, or the rollouts are likelier under another base of g."""
 
 
 class Base(StrEnum):

@@ -146,7 +146,8 @@ class Algorithm(Generic[R, M, P, S, K]):
         """
         inputs = self._driven_for_update(policies)
         aside = tuple(each.index for each in policies if self._falls_or_oscillates(each)) if with_margin else ()
-        return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside))
+        failed = policies[-1].index > 0 and not with_margin and self._has_failed(policies[-1])
+        return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside, has_failed=failed))
 
     def _driven_for_update(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> UpdateInputs[R, M, P]:
         """Drive the robot by the newest policy: what the update after it learns from."""
@@ -206,7 +207,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         if self._steps.robot_waits and self._is_updated_anyway(learned, before):
             inputs = self._driven_for_update([*before, learned])
             with self._trials_begun(learned.index, learned.policy):
-                self._update.begin(inputs)
+                self._update.begin(inputs, may_fail=learned.index > 0)
         return replace(learned, trials=self._judged_trials(learned.index, learned.policy))
 
     def _is_updated_anyway(self, newest: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]) -> bool:
@@ -240,6 +241,10 @@ class Algorithm(Generic[R, M, P, S, K]):
         first = FIRST_TRIAL * (index + 1)
         conditions = replace(self._update.as_judged, trials=self._settings.trials, first_trial=first)
         return self._steps.drive(Path(f"iteration_{index}") / "trials", policy, conditions)
+
+    def _has_failed(self, tried: LearnedPolicy[R, M, P]) -> bool:
+        """Whether some trial of a policy failed."""
+        return tried.trials is not None and not self._update.solved(tried.trials)
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)

@@ -10,7 +10,20 @@ from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
-from twbal.algorithm.steps import Conditions, K, M, P, R, S, SearchInputs, Steps, Timed
+from twbal.algorithm.steps import (
+    Conditions,
+    CorrectedSimulation,
+    FittedDifference,
+    K,
+    M,
+    P,
+    R,
+    S,
+    SearchInputs,
+    Steps,
+    Timed,
+)
+from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
@@ -35,6 +48,7 @@ class UpdateInputs(Generic[R, M, P]):
         drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
         with_margin: whether the policy is to balance robots that change, too.
         set_aside: indices of policies in `earlier` that are not to be chosen again.
+        has_failed: whether the newest policy is that of an update and failed: a diagnosis is worth its time then.
     """
 
     index: int
@@ -46,23 +60,22 @@ class UpdateInputs(Generic[R, M, P]):
     drivers: tuple[P, ...] | None = None
     with_margin: bool = False
     set_aside: tuple[int, ...] = ()
+    has_failed: bool = False
 
 
-class _Model(NamedTuple, Generic[M, K]):
-    """What an update has learned before it searches.
+class _Bases(NamedTuple, Generic[M, K]):
+    """What g may be learned on top of.
 
     Attributes:
         known: of the robot's parameters; None: nothing was asked.
-        model: f + g.
-        base: what g was learned on top of.
-        log_evidences: of the rollouts under each candidate for the base [nats]; empty where there was one.
-        seconds: that it took.
+        candidates: the f of each; None where there is no simulation.
+        diagnosed: whether the rollouts were diagnosed.
+        seconds: that the fits took.
     """
 
     known: K | None
-    model: M
-    base: Base
-    log_evidences: Mapping[Base, float]
+    candidates: Mapping[Base, M | None]
+    diagnosed: bool
     seconds: float
 
 
@@ -99,12 +112,14 @@ class Update(Generic[R, M, P, S, K]):
             inputs: what to learn from.
             basis: what the policy is made from, where g is learned on top of an f.
         """
-        learned = self._model(inputs)
+        bases = self._bases(inputs)
+        fit = self._fit(inputs, bases)
+        base = list(bases.candidates)[fit.value.base]
         searching = SearchInputs(
-            [learned.model],
+            [fit.value.model],
             inputs.earlier,
             recalibration=inputs.recalibration,
-            known=learned.known,
+            known=bases.known,
             with_margin=inputs.with_margin,
             set_aside=inputs.set_aside,
         )
@@ -112,14 +127,15 @@ class Update(Generic[R, M, P, S, K]):
         return LearnedPolicy(
             index=inputs.index,
             policy=found.value,
-            basis=Basis.ROBOT if learned.base is Base.NONE else basis,
-            model=learned.model,
+            basis=Basis.ROBOT if base is Base.NONE else basis,
+            model=fit.value.model,
             f=inputs.f,
-            fit_s=learned.seconds,
+            fit_s=bases.seconds + fit.seconds,
             search_s=found.seconds,
             rollouts=inputs.rollouts,
-            base=learned.base,
-            log_evidences=learned.log_evidences,
+            diagnosis=_outcome(bases.diagnosed, base),
+            base=base,
+            log_evidences=dict(zip(bases.candidates, fit.value.log_evidences, strict=False)),  # of one base: none
         )
 
     @property
@@ -127,25 +143,52 @@ class Update(Generic[R, M, P, S, K]):
         """Whether there is something to `begin`."""
         return self._settings.model_update is ModelUpdate.RESIDUAL and not self._settings.diagnose
 
-    def begin(self, inputs: UpdateInputs[R, M, P]) -> None:
-        """Learn the model that `learned` begins with; what policies it chooses among does not matter yet."""
-        self._model(inputs)
+    def begin(self, inputs: UpdateInputs[R, M, P], may_fail: bool) -> None:
+        """Do of `learned` what its trials do not matter to; what policies it chooses among does not, either.
 
-    def _model(self, inputs: UpdateInputs[R, M, P]) -> "_Model[M, K]":
-        """What is known of the robot's parameters, and the model on the base under which the rollouts are likeliest."""
+        Args:
+            inputs: without what the trials of the newest policy show.
+            may_fail: whether they may show that it `has_failed`, after which there is one more base of g.
+        """
+        bases = self._bases(inputs)
+        if not may_fail:
+            self._fit(inputs, bases)
+
+    def _bases(self, inputs: UpdateInputs[R, M, P]) -> _Bases[M, K]:
+        """What g may be learned on top of; the search asks what is known of the robot's parameters, too."""
         known: K | None = None
-        bases: dict[Base, M | None] = {Base.NONE if inputs.f is None else Base.GIVEN: inputs.f}
-        seconds = 0.0
+        simulations: dict[Base, S] = {}
+        seconds, diagnosed = 0.0, None
         if self._steps.identifies:
             identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
             known, seconds = identified.value.known, identified.seconds
-            if inputs.f is not None and self._settings.base_by_evidence:
-                f = self._f_of(Base.IDENTIFIED, identified.value.simulation, inputs)
-                bases |= {Base.IDENTIFIED: f.value, Base.NONE: None}
-                seconds += f.seconds
-        fit = self._steps.fit_difference(inputs.place / "model", list(bases.values()), inputs.rollouts)
-        log_evidences = dict(zip(bases, fit.value.log_evidences, strict=False))  # none where there is one base
-        return _Model(known, fit.value.model, list(bases)[fit.value.base], log_evidences, seconds + fit.seconds)
+            simulations[Base.IDENTIFIED] = identified.value.simulation
+        if inputs.f is None:
+            return _Bases(known, {Base.NONE: None}, False, seconds)
+        candidates: dict[Base, M | None] = {Base.GIVEN: inputs.f}
+        if simulations and self._settings.base_by_evidence:
+            diagnosed = self._diagnosed(inputs) if inputs.has_failed and not self._settings.diagnose else None
+            if diagnosed is not None and diagnosed.closed > 0.0:
+                simulations[Base.DIAGNOSED] = diagnosed.simulation
+            for base, simulation in simulations.items():
+                f = self._f_of(base, simulation, inputs)
+                candidates[base], seconds = f.value, seconds + f.seconds
+            candidates[Base.NONE] = None
+        return _Bases(known, candidates, diagnosed is not None, seconds)
+
+    def _fit(self, inputs: UpdateInputs[R, M, P], bases: _Bases[M, K]) -> Timed[FittedDifference[M]]:
+        """g on top of the base under which the rollouts are likeliest."""
+        return self._steps.fit_difference(inputs.place / "model", list(bases.candidates.values()), inputs.rollouts)
+
+    def _diagnosed(self, inputs: UpdateInputs[R, M, P]) -> CorrectedSimulation[S] | None:
+        """What a diagnosis of the rollouts finds; None where they do not suffice for one."""
+        if not enough_for_diagnosis(self._steps.episodes(inputs.rollouts)):
+            return None
+        try:
+            return self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
+        except DataError as error:  # g can be learned from rollouts that a diagnosis cannot use
+            self._steps.say(f"no diagnosis: {error}")
+            return None
 
     def _f_of(self, base: Base, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
         """f of a simulation: of random rollouts there, and of some by each policy that drove the robot.
@@ -209,9 +252,9 @@ class Update(Generic[R, M, P, S, K]):
         would change nothing of it.
         """
         asked = self._settings.diagnose and not inputs.recalibration
-        if not (asked and enough_for_diagnosis(self._steps.episodes(inputs.rollouts))):
+        found = self._diagnosed(inputs) if asked else None
+        if found is None:
             return self.with_g(inputs, Basis.CORRECTED)
-        found = self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
         if found.closed > CLOSED:
             return self._with_corrected_simulation(inputs, found.simulation)
         return replace(self.with_g(inputs, Basis.CORRECTED), diagnosis=DiagnosisOutcome.NOT_USED)
@@ -242,6 +285,13 @@ class Update(Generic[R, M, P, S, K]):
     def _balances(self, place: Path, policy: P, simulation: S) -> bool:
         """Whether a policy succeeds in trials in a simulation."""
         return self.solved(self._steps.simulate(place, policy, self.as_judged, simulation))
+
+
+def _outcome(diagnosed: bool, base: Base) -> DiagnosisOutcome:
+    """What became of a diagnosis, if there was one, by the base that was kept."""
+    if not diagnosed:
+        return DiagnosisOutcome.NOT_MADE
+    return DiagnosisOutcome.USED if base is Base.DIAGNOSED else DiagnosisOutcome.NOT_USED
 
 
 def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
