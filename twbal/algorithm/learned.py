@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Generic, NamedTuple
 
 from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
@@ -56,6 +57,35 @@ class LearnedPolicy(Generic[R, M, P]):
     def predicted(self) -> bool:
         """Whether a model has said what to expect of the policy."""
         return self.basis in (Basis.SIMULATION, Basis.CORRECTED, Basis.ROBOT)
+
+
+@dataclass(frozen=True)
+class UpdateInputs(Generic[R, M, P]):
+    """What an update learns from.
+
+    Attributes:
+        index: of the policy that comes of it.
+        place: for its results.
+        rollouts: all real ones.
+        earlier: policies so far, oldest first.
+        f: of the newest policy; None where there is none.
+        recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
+        drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
+        with_margin: whether the policy is to balance robots that change, too.
+        set_aside: indices of policies in `earlier` that are not to be chosen again.
+        has_failed: whether the newest policy is that of an update and failed: a diagnosis is worth its time then.
+    """
+
+    index: int
+    place: Path
+    rollouts: tuple[R, ...]
+    earlier: tuple[P, ...]
+    f: M | None
+    recalibration: tuple[R, ...] = ()
+    drivers: tuple[P, ...] | None = None
+    with_margin: bool = False
+    set_aside: tuple[int, ...] = ()
+    has_failed: bool = False
 
 
 class RunResult(NamedTuple, Generic[R, M, P]):

@@ -21,10 +21,11 @@ from pathlib import Path
 from typing import Generic
 
 from twbal.algorithm.iteration import Basis
-from twbal.algorithm.learned import LearnedPolicy, RunResult
+from twbal.algorithm.learned import LearnedPolicy, RunResult, UpdateInputs
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
+from twbal.algorithm.simulations import FIRST_TRIAL, Simulations
 from twbal.algorithm.steps import Conditions, K, M, P, R, S, SearchInputs, Steps
-from twbal.algorithm.update import FIRST_TRIAL, REGULATOR, Update, UpdateInputs
+from twbal.algorithm.update import REGULATOR, Update
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 
@@ -50,7 +51,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         self, steps: Steps[R, M, P, S, K], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessCriterion
     ) -> None:
         self._steps, self._settings, self._driving = steps, settings, driving
-        self._update = Update(steps, settings, rule)
+        self._update, self._simulations = Update(steps, settings, rule), Simulations(steps, settings)
         for name in steps.ensemble:  # names of places, beside those of the rounds, which are numbers
             if not name.isidentifier():
                 raise ConfigError(f"The name of a robot of the ensemble must be a word, as `latency`; found {name!r}.")
@@ -125,7 +126,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         fit_s = search_s = 0.0
         for i in range(last + 1):
             place = _SIMULATION / f"{i}_collect"
-            simulated.append(self._update.simulated(place, i, policies[-1] if i else None))
+            simulated.append(self._simulations.rollouts(place, i, policies[-1] if i else None))
             fits = [steps.fit_simulation(_SIMULATION / f"{i}_model", simulated)]
             for name in steps.ensemble if i == last else ():
                 varied.append(steps.simulate_variant(_SIMULATION / f"{name}_collect", name))

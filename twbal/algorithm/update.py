@@ -1,15 +1,15 @@
 """What an update of Algorithm 1 makes of the robot's rollouts: a model, and a policy that is searched on it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
 from typing import Generic, NamedTuple
 
 from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
-from twbal.algorithm.learned import LearnedPolicy
+from twbal.algorithm.learned import LearnedPolicy, UpdateInputs
 from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
+from twbal.algorithm.simulations import Simulations
 from twbal.algorithm.steps import (
     Conditions,
     CorrectedSimulation,
@@ -28,39 +28,8 @@ from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
-FIRST_TRIAL = 1000
-"""Number of policy 0's first trial; those of policy i begin at (i + 1) times that, apart from what is learned from."""
 REGULATOR = Path("regulator")
 """Place of the regulator of the nominal parameters."""
-
-
-@dataclass(frozen=True)
-class UpdateInputs(Generic[R, M, P]):
-    """What an update learns from.
-
-    Attributes:
-        index: of the policy that comes of it.
-        place: for its results.
-        rollouts: all real ones.
-        earlier: policies so far, oldest first.
-        f: of the newest policy; None where there is none.
-        recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
-        drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
-        with_margin: whether the policy is to balance robots that change, too.
-        set_aside: indices of policies in `earlier` that are not to be chosen again.
-        has_failed: whether the newest policy is that of an update and failed: a diagnosis is worth its time then.
-    """
-
-    index: int
-    place: Path
-    rollouts: tuple[R, ...]
-    earlier: tuple[P, ...]
-    f: M | None
-    recalibration: tuple[R, ...] = ()
-    drivers: tuple[P, ...] | None = None
-    with_margin: bool = False
-    set_aside: tuple[int, ...] = ()
-    has_failed: bool = False
 
 
 class _Bases(NamedTuple, Generic[M, K]):
@@ -90,6 +59,7 @@ class Update(Generic[R, M, P, S, K]):
 
     def __init__(self, steps: Steps[R, M, P, S, K], settings: AlgorithmSettings, rule: SuccessCriterion) -> None:
         self._steps, self._settings, self._rule = steps, settings, rule
+        self._simulations = Simulations(steps, settings)
         self.as_judged = Conditions(steps=rule.steps, tilt_limit=rule.tilt_limit, exploration=0.0)
 
     def learned(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
@@ -171,7 +141,7 @@ class Update(Generic[R, M, P, S, K]):
             if diagnosed is not None and diagnosed.closed > 0.0:
                 simulations[Base.DIAGNOSED] = diagnosed.simulation
             for base, simulation in simulations.items():
-                f = self._f_of(base, simulation, inputs)
+                f = self._simulations.f_of(base, simulation, inputs)
                 candidates[base], seconds = f.value, seconds + f.seconds
             candidates[Base.NONE] = None
         return _Bases(known, candidates, diagnosed is not None, seconds)
@@ -190,52 +160,11 @@ class Update(Generic[R, M, P, S, K]):
             self._steps.say(f"no diagnosis: {error}")
             return None
 
-    def _f_of(self, base: Base, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
-        """f of a simulation: of random rollouts there, and of some by each policy that drove the robot.
-
-        These explore. What calibrates a model to undisturbed driving adds as many that do not: where noise makes a
-        robot fall at once, f would say nothing of how it stands.
-        """
-        drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
-        place, simulate = inputs.place, partial(self.simulated, simulation=simulation)
-        collecting = [partial(simulate, place / f"{base}_collect", 0, None)]
-        for number, driver in enumerate(drivers, start=1):
-            collecting.append(partial(simulate, place / f"{base}_driven_{number - 1}", number, driver))
-            if inputs.recalibration:
-                calm = place / f"{base}_undisturbed_{number - 1}"
-                collecting.append(partial(simulate, calm, len(drivers) + number, driver, exploration=0.0))
-        begun = len(collecting) // 2  # about as long as the others, as most are at random
-        with self._steps.begun_ahead(lambda: [collect() for collect in collecting[begun:]]):
-            simulated = [collect() for collect in collecting[:begun]]
-        simulated += [collect() for collect in collecting[begun:]]
-        return self._steps.fit_simulation(place / f"{base}_model", simulated)
-
     def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
         """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""
         if self._settings.on_lqr:
             inputs = replace(inputs, base=self._steps.regulator(REGULATOR, ()).value)
         return self._steps.search(place, inputs)
-
-    def simulated(
-        self,
-        place: Path,
-        round_number: int,
-        policy: P | None,
-        simulation: S | None = None,
-        exploration: float | None = None,
-    ) -> R:
-        """Rollouts in simulation: at random, or by the policy of a round, with numbers of their own.
-
-        `exploration` is that of a policy's command, as a share of the torque limit; None: that of the settings.
-        """
-        if policy is None:
-            return self._steps.simulate(place, None, simulation=simulation)
-        conditions = Conditions(
-            trials=self._settings.sim_round_rollouts,
-            first_trial=FIRST_TRIAL * round_number,
-            exploration=self._settings.sim_round_exploration if exploration is None else exploration,
-        )
-        return self._steps.simulate(place, policy, conditions, simulation)
 
     def solved(self, rollouts: R) -> bool:
         """Whether all of them succeeded."""
@@ -267,13 +196,13 @@ class Update(Generic[R, M, P, S, K]):
         robot: where it falls, f learns from how, and the search is done again.
         """
         place, drivers = inputs.place, list(inputs.earlier)
-        simulated = [self.simulated(place / "sim_collect", 0, None, simulation)]
+        simulated = [self._simulations.rollouts(place / "sim_collect", 0, None, simulation)]
         places = [place, *(place / f"again_{i}" for i in range(1, self._settings.search_retries + 1))]
         found: list[LearnedPolicy[R, M, P]] = []
         for here in places:
             for number in range(len(simulated), len(drivers) + 1):
                 driven = place / f"sim_driven_{number - 1}"
-                simulated.append(self.simulated(driven, number, drivers[number - 1], simulation))
+                simulated.append(self._simulations.rollouts(driven, number, drivers[number - 1], simulation))
             f = self._steps.fit_simulation(here / "sim_model", simulated)
             learned = self.with_g(replace(inputs, place=here, f=f.value), Basis.CORRECTED)
             found.append(replace(learned, fit_s=f.seconds + learned.fit_s))
