@@ -143,11 +143,17 @@ def test_policies_that_fell_in_rehearsal_are_told_of(diagnosis, searches, said):
     assert note == ("Searched 3 times: what came before did not balance in the corrected simulation." if said else "")
 
 
-def test_the_f_that_g_was_learned_on_is_told_with_its_lead_in_evidence():
-    note = _note(iteration(1, 10, base=Base.IDENTIFIED, evidence_gain=28.4), [iteration(0)], 1)
+def test_the_base_that_g_was_learned_on_is_told_with_its_lead_in_evidence():
+    log_evidences = {"given": 10.0, "identified": 138.4, "none": 110.0}
+    note = _note(iteration(1, 10, base=Base.IDENTIFIED, log_evidences=log_evidences), [iteration(0)], 1)
     assert note == (
-        "g was learned on top of the f of the identified simulation, which explains the rollouts best: their log "
-        "evidence is higher by 28 than under the next best f."
+        "g was learned on top of the f of the identified simulation: the log evidence of the rollouts is higher by 28 "
+        "than without a simulation and by 128 than on top of the f of the given simulation."
+    )
+    note = _note(iteration(1, 10, base=Base.NONE, log_evidences={"given": 9.0, "none": 11.0}), [iteration(0)], 1)
+    assert note == (
+        "g was learned without a simulation: the log evidence of the rollouts is higher by 2 than on top of the f of "
+        "the given simulation."
     )
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hydra import compose
 
-from twbal.algorithm.iteration import Base, PolicyFile
+from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome, PolicyFile
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate, RolloutSettings
 from twbal.algorithm.steps import FittedDifference
@@ -18,7 +18,7 @@ from twbal.cli.manifest import Manifest
 from twbal.cli.stage_steps import StageSteps
 from twbal.cli.typed_config import section, typed
 from twbal.core.episode import Episode, Outcome, Provenance
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.diagnosis.usability import FEW_DATA
 from twbal.virtual_robot.process import KeptRobots
@@ -61,9 +61,9 @@ class NotedSteps(StageSteps):
         return PolicyFile(f"{policy}/policy.pt", self._kept.get(str(policy), str(policy)))
 
     def chosen(self, place):
-        return FittedDifference(
-            place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0)
-        )
+        (dynamics,) = (call.overrides["dynamics"] for call in self._chain.calls if call.folder == place)
+        likeliest = min(self._likeliest, len(dynamics) - 1)
+        return FittedDifference(place / MODEL, likeliest, evidences(len(dynamics), likeliest))
 
     def closed(self, diagnosis):
         return 0.0 if str(diagnosis) in self._useless else 0.9
@@ -75,6 +75,11 @@ def upright(periods, rocked=0.0):
     observations[:, 0] = 0.02 * np.arange(periods + 1)
     states, source = np.zeros((periods + 1, 1)), Provenance("paper", "robot")
     return Episode(("tilt",), 0.02, observations, states, np.zeros(periods), Outcome.COMPLETED, source)
+
+
+def evidences(bases, likeliest):
+    """Of so many bases [nats]."""
+    return tuple(-60.0 if number == likeliest else -80.0 - 5.0 * number for number in range(bases))
 
 
 SOLVED_TWICE = ("iteration_1/trials", "iteration_2/trials")
@@ -116,7 +121,7 @@ def learn(
     """
     cfg = deepcopy(composed(f"robust={robust}", *words))
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
-    usual |= {"identified_base": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
+    usual |= {"base_by_evidence": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
     usual |= {"improve": False, "oscillation_limit": None, "min_update_time": 0.0, "max_update_rollouts": 4}
     usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
@@ -567,19 +572,21 @@ def test_an_agent_is_trained_once_or_was_before(tmp_path):
     assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"
 
 
-def test_with_robots_of_the_parameter_distribution_the_identified_simulation_is_one_more_base_of_g():
+def test_with_robots_of_the_parameter_distribution_the_identified_simulation_and_none_are_further_bases_of_g():
     calls, learning = learn(robust="default")
     update = ["real-rollout", "identify", "sim-collect", "sim-collect", "fit-sim-gp", "fit-diff-gp", "optimise-policy"]
     assert [call.stage for call in calls[7:14]] == update
-    second = ["real-rollout", "identify", *["sim-collect"] * 3, "fit-sim-gp", "fit-diff-gp", "optimise-policy"]
-    assert [call.stage for call in calls[15:23]] == second
+    simulated = [*["sim-collect"] * 3, "fit-sim-gp"]
+    second = ["real-rollout", "identify", "diagnose", *simulated, *simulated, "fit-diff-gp", "optimise-policy"]
+    assert [call.stage for call in calls[15:28]] == second
     for number, (identify, fit, search) in enumerate(
         zip(only(calls, "identify"), only(calls, "fit-diff-gp"), only(calls, "optimise-policy")[2:], strict=True), 1
     ):
         place = Path(f"iteration_{number}")
         assert identify.folder == place / "identify"
         assert identify.overrides["episodes"] == fit.overrides["episodes"] == list(learning.policies[number].rollouts)
-        bases = [Path("simulation/1_model/model.pt"), place / "identified_model" / "model.pt"]
+        diagnosed = [place / "diagnosed_model" / "model.pt"] if number == 2 else []
+        bases = [Path("simulation/1_model/model.pt"), place / "identified_model" / "model.pt", *diagnosed, None]
         assert fit.overrides["dynamics"] == bases
         assert search.overrides["known"] == place / "identify" / "robot_distribution.pt"
         assert search.overrides["dynamics"] == [place / "model" / "model.pt"]
@@ -592,7 +599,7 @@ def test_the_identified_simulation_is_driven_at_random_and_by_every_policy_that_
         stop_when_solved=True,
         calibration_rollouts=4,
     )
-    fits = only(calls, "fit-sim-gp")[2:]
+    fits = [call for call in only(calls, "fit-sim-gp") if call.folder.name == "identified_model"]
     assert [learned.recalibrates for learned in learning.policies] == [False, False, False, True]
     for number, fit in enumerate(fits, start=1):
         simulated = [call for call in calls if call.folder in fit.overrides["episodes"]]
@@ -610,17 +617,76 @@ def test_the_identified_simulation_is_driven_at_random_and_by_every_policy_that_
     assert last.overrides["initial_policies"] == [learning.policies[2].policy / POLICY]
 
 
-@pytest.mark.parametrize(("likeliest", "base", "gain"), [(0, Base.GIVEN, 20.0), (1, Base.IDENTIFIED, 30.0)])
+@pytest.mark.parametrize(
+    ("likeliest", "base", "gain"), [(0, Base.GIVEN, 25.0), (1, Base.IDENTIFIED, 20.0), (2, Base.NONE, 20.0)]
+)
 def test_what_was_learned_says_which_base_it_has_and_by_how_much(likeliest, base, gain):
     _, learning = learn(robust="default", likeliest=likeliest, updates=1)
     first, second = learning.policies
     assert (first.base, first.evidence_gain) == (Base.GIVEN, None)
     assert (second.base, second.evidence_gain) == (base, gain)
+    assert tuple(second.log_evidences.values()) == evidences(3, likeliest)
+    assert second.basis is (Basis.ROBOT if base is Base.NONE else Basis.CORRECTED)
     assert second.f == first.f == Path("simulation/1_model/model.pt")
 
 
-def test_without_the_identified_base_the_robots_are_known_all_the_same():
-    calls, learning = learn(robust="default", identified_base=False)
+def diagnosed_at(calls):
+    """Numbers of the updates with a diagnosis."""
+    return [int(call.folder.parent.name.removeprefix("iteration_")) for call in only(calls, "diagnose")]
+
+
+def test_after_an_update_that_failed_what_a_diagnosis_finds_is_one_more_base():
+    calls, learning = learn(robust="default", updates=3, likeliest=2, solved=("iteration_2/trials",), improve=True)
+    assert diagnosed_at(calls) == [2]  # policy 1 failed, and policy 2 did not
+    place, rollouts = Path("iteration_2"), learning.policies[2].rollouts
+    assert only(calls, "diagnose")[0].overrides["episodes"] == list(rollouts)
+    (fit,) = (call for call in calls if call.folder == place / "diagnosed_model")
+    simulated = [call for call in calls if call.folder in fit.overrides["episodes"]]
+    assert {call.overrides["sim"] for call in simulated} == {place / "diagnosis" / "augmented.yaml"}
+    drivers = [None, *(learned.policy / POLICY for learned in learning.policies[:2])]
+    assert [call.overrides.get("policy.path") for call in simulated] == drivers
+    found = learning.policies[2]
+    assert (found.base, found.diagnosis) == (Base.DIAGNOSED, DiagnosisOutcome.USED)
+    assert list(found.log_evidences) == [Base.GIVEN, Base.IDENTIFIED, Base.DIAGNOSED, Base.NONE]
+    assert [learned.diagnosis for learned in learning.policies].count(DiagnosisOutcome.NOT_MADE) == 3
+
+
+@pytest.mark.parametrize("changed", [{"useless": ("iteration_2/diagnosis",), "likeliest": 1}, {"likeliest": 3}])
+def test_what_a_diagnosis_finds_is_no_base_where_rollouts_do_not_bear_it_out_or_another_is_likelier(changed):
+    calls, learning = learn(robust="default", **changed)
+    assert diagnosed_at(calls) == [2]
+    assert (Base.DIAGNOSED in learning.policies[2].log_evidences) == ("useless" not in changed)
+    assert learning.policies[2].diagnosis is DiagnosisOutcome.NOT_USED
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"robust": "none"},
+        {"base_by_evidence": False},
+        {"diagnosable": 3},  # too short
+        {"trials": 0},  # nobody knows whether it failed
+        {"updates": 1},
+        {"solved": ("iteration_0/trials",), "stop_when_solved": True, "improve": True},  # policy 1, of margin, fails
+        {"solved": SOLVED_TWICE, "stop_when_solved": True, "calibration_rollouts": 4},
+    ],
+)
+def test_no_diagnosis_is_made_unless_an_update_failed_and_the_rollouts_suffice(changed):
+    assert not only(learn(**{"robust": "default", **changed})[0], "diagnose")
+
+
+def test_rollouts_that_a_diagnosis_cannot_use_still_teach_g(monkeypatch, capsys):
+    def refuse(steps, place, rollouts):
+        raise DataError("it turns too fast")
+
+    monkeypatch.setattr(NotedSteps, "diagnose", refuse)
+    _, learning = learn(robust="default")
+    assert (learning.policies[2].base, learning.policies[2].diagnosis) == (Base.GIVEN, DiagnosisOutcome.NOT_MADE)
+    assert "no diagnosis: it turns too fast" in capsys.readouterr().out
+
+
+def test_without_a_choice_of_the_base_the_robots_are_known_all_the_same():
+    calls, learning = learn(robust="default", base_by_evidence=False)
     assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {Path("simulation/1_model/model.pt")}
     assert all("known" in call.overrides for call in only(calls, "optimise-policy")[2:])
     assert len(only(calls, "sim-collect")) == 2

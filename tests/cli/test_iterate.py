@@ -119,6 +119,19 @@ def test_the_library_comes_to_the_same_in_memory(folder):
     assert twbal.save_policy(folder.parent / "in_memory.pt", result.policy) == by_files.best.policy.sha256
 
 
+@pytest.mark.slow
+def test_after_an_update_that_failed_a_diagnosis_gives_one_more_base_in_memory_and_by_files(tmp_path):
+    longer = ("real_rollout.steps=100", "min_update_time=1.6", "max_update_rollouts=8")
+    words = [*OVERRIDES, "updates=2", *longer, "success.settled_tilt_limit=0.001"]  # no trial succeeds
+    assert main(["iterate", *words, f"hydra.run.dir={tmp_path}"]) == 0
+    by_files = read_summary(tmp_path / "summary.json")
+    _, first, second = by_files.iterations
+    assert list(first.log_evidences) == ["given", "identified", "none"]
+    assert list(second.log_evidences) == ["given", "identified", "diagnosed", "none"]
+    with twbal.connect() as plant:
+        assert untimed(twbal.learn(plant, overrides=words).summary) == untimed(by_files)
+
+
 def test_the_best_policy_lies_on_top(folder):
     summary = read_summary(folder / "summary.json")
     assert file_hash(folder / "best_policy.pt") == summary.best.policy.sha256

@@ -60,11 +60,45 @@ def test_what_simulations_say_wrongly_of_a_channel_is_likelier_without_them(base
 
 
 def test_no_simulation_is_kept_where_it_is_likelier_over_all_channels(bases):
-    """The tilt, which f knows well, moves against its rate."""
-    turned = [replace(e, states=e.states * np.array([-1.0, 1.0, 1.0])) for e in real(-2.0, steps=60)]
-    found = learn_on_likeliest(RAW, bases, turned, seed=0)
+    found = learn_on_likeliest(RAW, bases, turned(real(-2.0, steps=60)), seed=0)
     assert found.chosen == 2
     assert not found.learned.model.has_simulation
+
+
+def turned(episodes):
+    """The tilt, which each f knows well, moves against its rate."""
+    return [replace(each, states=each.states * np.array([-1.0, 1.0, 1.0])) for each in episodes]
+
+
+def held_out_density(base, data, new):
+    """Mean log density of the changes in new episodes under f + g of a base, over all channels."""
+    model, of_new = RAW.learn_measured(base, data, seed=0).model, transitions(new, CHANNELS)
+    g = model.g.predict(of_new.inputs)
+    sd = np.sqrt(g.variance + model.g.noise_variance)
+    return scipy.stats.norm(model.f.mean(of_new.inputs) + g.mean, sd).logpdf(of_new.targets).sum(axis=1).mean()
+
+
+def robots(gain, first, count):
+    return [episode(10, first + k, gain, "robot") for k in range(count)]
+
+
+@pytest.mark.parametrize("count", [1, 3, 6])
+def test_with_few_samples_a_simulation_that_is_nearly_right_is_kept_and_predicts_better_than_none(bases, count):
+    """The robot's gain is 0.45, that of the simulation 0.4."""
+    drawn = [robots(0.45, 100 + 10 * draw, count) for draw in range(6)]
+    assert [learn_on_likeliest(RAW, bases, data, seed=0).chosen for data in drawn] == [1] * 6
+    new = robots(0.45, 900, 30)
+    ahead = [held_out_density(bases[1], data, new) - held_out_density(bases[2], data, new) for data in drawn]
+    assert np.mean(ahead) > 0.1
+
+
+def test_no_simulation_is_kept_where_each_is_wrong_and_predicts_best_then(bases):
+    new = turned(robots(-2.0, 900, 30))
+    for draw in range(4):
+        data = turned(robots(-2.0, 100 + 10 * draw, 8))
+        assert learn_on_likeliest(RAW, bases, data, seed=0).chosen == 2
+        densities = [held_out_density(base, data, new) for base in bases]
+        assert densities[2] == max(densities)
 
 
 def test_of_equal_bases_the_first_is_kept(bases):

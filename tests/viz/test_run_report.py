@@ -266,7 +266,7 @@ def test_policy_0_of_another_method_was_not_searched_on_f(change: dict[str, obje
     ("diagnosis", "said"),
     [
         (DiagnosisOutcome.USED, "was diagnosed and added to it, and f was learned again"),
-        (DiagnosisOutcome.NOT_USED, "left most of its error, so the simulation stayed as it was"),
+        (DiagnosisOutcome.NOT_USED, "was not used: too much of the error was left"),
     ],
 )
 def test_a_diagnosis_is_told_where_it_was_made(diagnosis: DiagnosisOutcome, said: str) -> None:

@@ -34,7 +34,7 @@ from twbal.effects.library import values_of
 from twbal.io.checkpoint import checkpoint_hash
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.models.bases import learn_on_likeliest
-from twbal.models.dynamics import DynamicsModel
+from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
@@ -120,17 +120,16 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         )
 
     def fit_difference(
-        self, place: Path, bases: Sequence[DynamicsModel], rollouts: Sequence[Episodes]
+        self, place: Path, bases: Sequence[DynamicsModel | None], rollouts: Sequence[Episodes]
     ) -> Timed[FittedDifference[DynamicsModel]]:
         """f + g."""
         recipe, seed, episodes = self._setup.models.recipe, self._setup.models.g_seed, self.episodes(rollouts)
+        candidates = [without_simulation(self._channels) if base is None else base for base in bases]
 
         def learn() -> FittedDifference[DynamicsModel]:
-            if not bases:
-                return FittedDifference(recipe.learn_all(episodes, self._channels, seed).model)
-            if len(bases) == 1:
-                return FittedDifference(recipe.learn_difference(bases[0], episodes, seed).model)
-            learned = learn_on_likeliest(recipe, bases, episodes, seed)
+            if len(candidates) == 1:
+                return FittedDifference(recipe.learn_difference(candidates[0], episodes, seed).model)
+            learned = learn_on_likeliest(recipe, candidates, episodes, seed)
             return FittedDifference(learned.learned.model, learned.chosen, learned.totals)
 
         return self._timed(place, learn)

@@ -1,6 +1,7 @@
 """One policy of a run of Algorithm 1: what it was learned from, what was predicted for it, and what it did."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -87,18 +88,22 @@ class DiagnosisOutcome(StrEnum):
 
     NOT_MADE = "not made"
     USED = "used"
-    """What it found entered the simulation, and f was learned again."""
+    """f is of the simulation with what it found."""
     NOT_USED = "not used"
-    """It left the better part of the error."""
+    """It left too much of the error, or the rollouts are likelier under another base of g."""
 
 
 class Base(StrEnum):
     """What g was learned on top of."""
 
     GIVEN = "given"
-    """The f of the simulation that the run began with, or of the one that a diagnosis corrected; or none."""
+    """The f of the simulation that the run began with; with `diagnose`, of the one that a diagnosis corrected."""
     IDENTIFIED = "identified"
     """The f of the simulation with the parameters that the real rollouts tell."""
+    DIAGNOSED = "diagnosed"
+    """The f of the simulation with what a diagnosis of the real rollouts found."""
+    NONE = "none"
+    """No simulation: g is the whole dynamics."""
 
 
 @dataclass(frozen=True)
@@ -160,9 +165,10 @@ class Iteration:
         success_probability: that a trial succeeds, as the search expected when it decided for this policy; None where
             nothing was sampled.
         reason: why the policy is driven; None where an update makes its policy without a choice.
-        base: which f the model has that g was learned on.
-        evidence_gain: by how much likelier the real transitions are under that f than under the next best candidate
+        base: what g was learned on top of.
+        evidence_gain: by how much likelier the real transitions are under that base than under the next best candidate
             (difference of log evidence) [nats]; None also where there was one candidate.
+        log_evidences: of the real transitions under each candidate, by `Base` [nats]; None where there was one.
         predicted_by: what `predicted_cost` and the bands come from; None without a prediction.
         margin: share of sampled robots that changed under which it succeeds; None where that was not asked.
         tilt_unknown: share of the tilt's predicted variance that is due to what is not known of the robot, while the
@@ -215,6 +221,7 @@ class Iteration:
     reason: Reason | None = None
     base: Base | None = None
     evidence_gain: float | None = None
+    log_evidences: Mapping[str, float] | None = None
     predicted_by: Predictor | None = None
     margin: float | None = None
     tilt_unknown: float | None = None

@@ -1,12 +1,12 @@
 """What a run of Algorithm 1 achieved, measured on its trials."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, isinf
 
 import numpy as np
 
-from twbal.algorithm.iteration import DiagnosisOutcome, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration import Base, DiagnosisOutcome, Iteration, PolicyFile, Search
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Prediction
 from twbal.algorithm.ranking import Shown
@@ -162,6 +162,7 @@ def _iteration(
         reason=reason_for(learned.index, learned.recalibrates, prediction),
         base=learned.base if prediction else None,
         evidence_gain=learned.evidence_gain,
+        log_evidences={str(base): value for base, value in learned.log_evidences.items()} or None,
         predicted_by=prediction.predictors[0].by if prediction else None,
         margin=prediction.best.margin if prediction else None,
         tilt_unknown=_tilt_unknown(prediction, channels),
@@ -258,11 +259,8 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
         notes.append(f"The same policy as iteration {same}.")
     if iteration.trials_of is not None:
         notes.append(f"It was not tested again: the trials shown are those of iteration {iteration.trials_of}.")
-    if iteration.base is not None and iteration.evidence_gain is not None:
-        notes.append(
-            f"g was learned on top of the f of the {iteration.base} simulation, which explains the rollouts best: "
-            f"their log evidence is higher by {iteration.evidence_gain:.0f} than under the next best f."
-        )
+    if iteration.base is not None and iteration.log_evidences is not None:
+        notes.append(_base_in_words(iteration.base, iteration.log_evidences))
     if iteration.diagnosis is DiagnosisOutcome.USED and searches > 1:
         notes.append(f"Searched {searches} times: what came before did not balance in the corrected simulation.")
     better = [other for other in before if other.successes > iteration.successes]
@@ -270,6 +268,17 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
         best = max(better, key=lambda other: (other.successes, -other.index))
         notes.append(f"Worse on the robot than policy {best.first_had} ({best.successes} of {best.trials}).")
     return " ".join(notes)
+
+
+def _base_in_words(kept: Base, log_evidences: Mapping[str, float]) -> str:
+    """What g was learned on top of, and by how much each other candidate is behind, nearest first, in a sentence."""
+
+    def place(base: str) -> str:
+        return "without a simulation" if base == Base.NONE else f"on top of the f of the {base} simulation"
+
+    behind = sorted((log_evidences[kept] - value, base) for base, value in log_evidences.items() if base != kept)
+    others = " and ".join(f"by {nats:.0f} than {place(base)}" for nats, base in behind)
+    return f"g was learned {place(kept)}: the log evidence of the rollouts is higher {others}."
 
 
 def _predicted_by(prediction: Prediction | None) -> str:

@@ -21,10 +21,11 @@ from pathlib import Path
 from typing import Generic
 
 from twbal.algorithm.iteration import Basis
-from twbal.algorithm.learned import LearnedPolicy, RunResult
+from twbal.algorithm.learned import LearnedPolicy, RunResult, UpdateInputs
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
+from twbal.algorithm.simulations import FIRST_TRIAL, Simulations
 from twbal.algorithm.steps import Conditions, K, M, P, R, S, SearchInputs, Steps
-from twbal.algorithm.update import FIRST_TRIAL, REGULATOR, Update, UpdateInputs
+from twbal.algorithm.update import REGULATOR, Update
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 
@@ -50,7 +51,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         self, steps: Steps[R, M, P, S, K], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessCriterion
     ) -> None:
         self._steps, self._settings, self._driving = steps, settings, driving
-        self._update = Update(steps, settings, rule)
+        self._update, self._simulations = Update(steps, settings, rule), Simulations(steps, settings)
         for name in steps.ensemble:  # names of places, beside those of the rounds, which are numbers
             if not name.isidentifier():
                 raise ConfigError(f"The name of a robot of the ensemble must be a word, as `latency`; found {name!r}.")
@@ -125,7 +126,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         fit_s = search_s = 0.0
         for i in range(last + 1):
             place = _SIMULATION / f"{i}_collect"
-            simulated.append(self._update.simulated(place, i, policies[-1] if i else None))
+            simulated.append(self._simulations.rollouts(place, i, policies[-1] if i else None))
             fits = [steps.fit_simulation(_SIMULATION / f"{i}_model", simulated)]
             for name in steps.ensemble if i == last else ():
                 varied.append(steps.simulate_variant(_SIMULATION / f"{name}_collect", name))
@@ -146,7 +147,8 @@ class Algorithm(Generic[R, M, P, S, K]):
         """
         inputs = self._driven_for_update(policies)
         aside = tuple(each.index for each in policies if self._falls_or_oscillates(each)) if with_margin else ()
-        return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside))
+        failed = policies[-1].index > 0 and not with_margin and self._has_failed(policies[-1])
+        return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside, has_failed=failed))
 
     def _driven_for_update(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> UpdateInputs[R, M, P]:
         """Drive the robot by the newest policy: what the update after it learns from."""
@@ -206,7 +208,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         if self._steps.robot_waits and self._is_updated_anyway(learned, before):
             inputs = self._driven_for_update([*before, learned])
             with self._trials_begun(learned.index, learned.policy):
-                self._update.begin(inputs)
+                self._update.begin(inputs, may_fail=learned.index > 0)
         return replace(learned, trials=self._judged_trials(learned.index, learned.policy))
 
     def _is_updated_anyway(self, newest: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]) -> bool:
@@ -240,6 +242,10 @@ class Algorithm(Generic[R, M, P, S, K]):
         first = FIRST_TRIAL * (index + 1)
         conditions = replace(self._update.as_judged, trials=self._settings.trials, first_trial=first)
         return self._steps.drive(Path(f"iteration_{index}") / "trials", policy, conditions)
+
+    def _has_failed(self, tried: LearnedPolicy[R, M, P]) -> bool:
+        """Whether some trial of a policy failed."""
+        return tried.trials is not None and not self._update.solved(tried.trials)
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)

@@ -50,9 +50,10 @@ class AlgorithmSettings:
         sim_rounds: how often f is learned once more from rollouts of its own policy.
         sim_round_rollouts: in each of these rounds.
         sim_round_exploration: standard deviation of the noise on their command, as a share of the torque limit.
-        identified_base: whether the simulation with the parameters that real rollouts tell is one more base of g,
-            where searches ask for these parameters.
-        diagnose: whether what the real rollouts show to be missing enters the simulation.
+        base_by_evidence: whether the simulation with the parameters that real rollouts tell, after an update that
+            failed the one with what a diagnosis finds, and none are further bases of g; where searches ask for these
+            parameters.
+        diagnose: whether what the real rollouts show to be missing enters the given simulation in each update.
         search_retries: validation rounds in the corrected simulation, at most, after each of which a policy that fails
             there is searched anew.
         initial_policy: where policy 0 comes from.
@@ -75,7 +76,7 @@ class AlgorithmSettings:
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
-    identified_base: bool
+    base_by_evidence: bool
     diagnose: bool
     search_retries: int
     initial_policy: InitialPolicy

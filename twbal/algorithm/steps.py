@@ -169,8 +169,10 @@ class Steps(ABC, Generic[R, M, P, S, K]):
         """Learn f from simulated rollouts."""
 
     @abstractmethod
-    def fit_difference(self, place: Path, bases: Sequence[M], rollouts: Sequence[R]) -> Timed[FittedDifference[M]]:
-        """Learn g from real rollouts, on top of the base that they are likeliest under; of none the whole dynamics."""
+    def fit_difference(
+        self, place: Path, bases: Sequence[M | None], rollouts: Sequence[R]
+    ) -> Timed[FittedDifference[M]]:
+        """Learn g from real rollouts, on top of the base that they are likeliest under; None is no simulation."""
 
     @abstractmethod
     def identify(self, place: Path, rollouts: Sequence[R]) -> Timed[Identified[K, S]]:

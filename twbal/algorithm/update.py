@@ -1,51 +1,51 @@
 """What an update of Algorithm 1 makes of the robot's rollouts: a model, and a policy that is searched on it."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Generic
+from typing import Generic, NamedTuple
 
 from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
-from twbal.algorithm.learned import LearnedPolicy
+from twbal.algorithm.learned import LearnedPolicy, UpdateInputs
 from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
-from twbal.algorithm.steps import Conditions, FittedDifference, K, M, P, R, S, SearchInputs, Steps, Timed
+from twbal.algorithm.simulations import Simulations
+from twbal.algorithm.steps import (
+    Conditions,
+    CorrectedSimulation,
+    FittedDifference,
+    K,
+    M,
+    P,
+    R,
+    S,
+    SearchInputs,
+    Steps,
+    Timed,
+)
+from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
-FIRST_TRIAL = 1000
-"""Number of policy 0's first trial; those of policy i begin at (i + 1) times that, apart from what is learned from."""
 REGULATOR = Path("regulator")
 """Place of the regulator of the nominal parameters."""
 
 
-@dataclass(frozen=True)
-class UpdateInputs(Generic[R, M, P]):
-    """What an update learns from.
+class _Bases(NamedTuple, Generic[M, K]):
+    """What g may be learned on top of.
 
     Attributes:
-        index: of the policy that comes of it.
-        place: for its results.
-        rollouts: all real ones.
-        earlier: policies so far, oldest first.
-        f: of the newest policy; None where there is none.
-        recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
-        drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
-        with_margin: whether the policy is to balance robots that change, too.
-        set_aside: indices of policies in `earlier` that are not to be chosen again.
+        known: of the robot's parameters; None: nothing was asked.
+        candidates: the f of each; None where there is no simulation.
+        diagnosed: whether the rollouts were diagnosed.
+        seconds: that the fits took.
     """
 
-    index: int
-    place: Path
-    rollouts: tuple[R, ...]
-    earlier: tuple[P, ...]
-    f: M | None
-    recalibration: tuple[R, ...] = ()
-    drivers: tuple[P, ...] | None = None
-    with_margin: bool = False
-    set_aside: tuple[int, ...] = ()
+    known: K | None
+    candidates: Mapping[Base, M | None]
+    diagnosed: bool
+    seconds: float
 
 
 class Update(Generic[R, M, P, S, K]):
@@ -59,6 +59,7 @@ class Update(Generic[R, M, P, S, K]):
 
     def __init__(self, steps: Steps[R, M, P, S, K], settings: AlgorithmSettings, rule: SuccessCriterion) -> None:
         self._steps, self._settings, self._rule = steps, settings, rule
+        self._simulations = Simulations(steps, settings)
         self.as_judged = Conditions(steps=rule.steps, tilt_limit=rule.tilt_limit, exploration=0.0)
 
     def learned(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
@@ -75,13 +76,20 @@ class Update(Generic[R, M, P, S, K]):
                 )
 
     def with_g(self, inputs: UpdateInputs[R, M, P], basis: Basis) -> LearnedPolicy[R, M, P]:
-        """Learn g on top of the likeliest f there is, or the whole dynamics without one, and search."""
-        known, fit = self._model(inputs)
+        """Learn g on top of the likeliest base, and search.
+
+        Args:
+            inputs: what to learn from.
+            basis: what the policy is made from, where g is learned on top of an f.
+        """
+        bases = self._bases(inputs)
+        fit = self._fit(inputs, bases)
+        base = list(bases.candidates)[fit.value.base]
         searching = SearchInputs(
             [fit.value.model],
             inputs.earlier,
             recalibration=inputs.recalibration,
-            known=known,
+            known=bases.known,
             with_margin=inputs.with_margin,
             set_aside=inputs.set_aside,
         )
@@ -89,14 +97,15 @@ class Update(Generic[R, M, P, S, K]):
         return LearnedPolicy(
             index=inputs.index,
             policy=found.value,
-            basis=basis,
+            basis=Basis.ROBOT if base is Base.NONE else basis,
             model=fit.value.model,
             f=inputs.f,
-            fit_s=fit.seconds,
+            fit_s=bases.seconds + fit.seconds,
             search_s=found.seconds,
             rollouts=inputs.rollouts,
-            base=Base.IDENTIFIED if fit.value.base else Base.GIVEN,
-            evidence_gain=_gain(fit.value),
+            diagnosis=_outcome(bases.diagnosed, base),
+            base=base,
+            log_evidences=dict(zip(bases.candidates, fit.value.log_evidences, strict=False)),  # of one base: none
         )
 
     @property
@@ -104,69 +113,58 @@ class Update(Generic[R, M, P, S, K]):
         """Whether there is something to `begin`."""
         return self._settings.model_update is ModelUpdate.RESIDUAL and not self._settings.diagnose
 
-    def begin(self, inputs: UpdateInputs[R, M, P]) -> None:
-        """Learn the model that `learned` begins with; what policies it chooses among does not matter yet."""
-        self._model(inputs)
+    def begin(self, inputs: UpdateInputs[R, M, P], may_fail: bool) -> None:
+        """Do of `learned` what its trials do not matter to; what policies it chooses among does not, either.
 
-    def _model(self, inputs: UpdateInputs[R, M, P]) -> tuple[K | None, Timed[FittedDifference[M]]]:
-        """What is known of the robot's parameters, and the model."""
+        Args:
+            inputs: without what the trials of the newest policy show.
+            may_fail: whether they may show that it `has_failed`, after which there is one more base of g.
+        """
+        bases = self._bases(inputs)
+        if not may_fail:
+            self._fit(inputs, bases)
+
+    def _bases(self, inputs: UpdateInputs[R, M, P]) -> _Bases[M, K]:
+        """What g may be learned on top of; the search asks what is known of the robot's parameters, too."""
         known: K | None = None
-        bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
+        simulations: dict[Base, S] = {}
+        seconds, diagnosed = 0.0, None
         if self._steps.identifies:
             identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
-            known, fit_s = identified.value.known, identified.seconds
-            if bases and self._settings.identified_base:
-                f = self._f_of(identified.value.simulation, inputs)
-                bases, fit_s = [*bases, f.value], fit_s + f.seconds
-        fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
-        return known, Timed(fit.value, fit_s + fit.seconds)
+            known, seconds = identified.value.known, identified.seconds
+            simulations[Base.IDENTIFIED] = identified.value.simulation
+        if inputs.f is None:
+            return _Bases(known, {Base.NONE: None}, False, seconds)
+        candidates: dict[Base, M | None] = {Base.GIVEN: inputs.f}
+        if simulations and self._settings.base_by_evidence:
+            diagnosed = self._diagnosed(inputs) if inputs.has_failed and not self._settings.diagnose else None
+            if diagnosed is not None and diagnosed.closed > 0.0:
+                simulations[Base.DIAGNOSED] = diagnosed.simulation
+            for base, simulation in simulations.items():
+                f = self._simulations.f_of(base, simulation, inputs)
+                candidates[base], seconds = f.value, seconds + f.seconds
+            candidates[Base.NONE] = None
+        return _Bases(known, candidates, diagnosed is not None, seconds)
 
-    def _f_of(self, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
-        """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot.
+    def _fit(self, inputs: UpdateInputs[R, M, P], bases: _Bases[M, K]) -> Timed[FittedDifference[M]]:
+        """g on top of the base under which the rollouts are likeliest."""
+        return self._steps.fit_difference(inputs.place / "model", list(bases.candidates.values()), inputs.rollouts)
 
-        These explore. What calibrates a model to undisturbed driving adds as many that do not: where noise makes a
-        robot fall at once, f would say nothing of how it stands.
-        """
-        drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
-        place, simulate = inputs.place, partial(self.simulated, simulation=simulation)
-        collecting = [partial(simulate, place / "identified_collect", 0, None)]
-        for number, driver in enumerate(drivers, start=1):
-            collecting.append(partial(simulate, place / f"identified_driven_{number - 1}", number, driver))
-            if inputs.recalibration:
-                calm = place / f"identified_undisturbed_{number - 1}"
-                collecting.append(partial(simulate, calm, len(drivers) + number, driver, exploration=0.0))
-        begun = len(collecting) // 2  # about as long as the others, as most are at random
-        with self._steps.begun_ahead(lambda: [collect() for collect in collecting[begun:]]):
-            simulated = [collect() for collect in collecting[:begun]]
-        simulated += [collect() for collect in collecting[begun:]]
-        return self._steps.fit_simulation(place / "identified_model", simulated)
+    def _diagnosed(self, inputs: UpdateInputs[R, M, P]) -> CorrectedSimulation[S] | None:
+        """What a diagnosis of the rollouts finds; None where they do not suffice for one."""
+        if not enough_for_diagnosis(self._steps.episodes(inputs.rollouts)):
+            return None
+        try:
+            return self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
+        except DataError as error:  # g can be learned from rollouts that a diagnosis cannot use
+            self._steps.say(f"no diagnosis: {error}")
+            return None
 
     def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
         """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""
         if self._settings.on_lqr:
             inputs = replace(inputs, base=self._steps.regulator(REGULATOR, ()).value)
         return self._steps.search(place, inputs)
-
-    def simulated(
-        self,
-        place: Path,
-        round_number: int,
-        policy: P | None,
-        simulation: S | None = None,
-        exploration: float | None = None,
-    ) -> R:
-        """Rollouts in simulation: at random, or by the policy of a round, with numbers of their own.
-
-        `exploration` is that of a policy's command, as a share of the torque limit; None: that of the settings.
-        """
-        if policy is None:
-            return self._steps.simulate(place, None, simulation=simulation)
-        conditions = Conditions(
-            trials=self._settings.sim_round_rollouts,
-            first_trial=FIRST_TRIAL * round_number,
-            exploration=self._settings.sim_round_exploration if exploration is None else exploration,
-        )
-        return self._steps.simulate(place, policy, conditions, simulation)
 
     def solved(self, rollouts: R) -> bool:
         """Whether all of them succeeded."""
@@ -183,9 +181,9 @@ class Update(Generic[R, M, P, S, K]):
         would change nothing of it.
         """
         asked = self._settings.diagnose and not inputs.recalibration
-        if not (asked and enough_for_diagnosis(self._steps.episodes(inputs.rollouts))):
+        found = self._diagnosed(inputs) if asked else None
+        if found is None:
             return self.with_g(inputs, Basis.CORRECTED)
-        found = self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
         if found.closed > CLOSED:
             return self._with_corrected_simulation(inputs, found.simulation)
         return replace(self.with_g(inputs, Basis.CORRECTED), diagnosis=DiagnosisOutcome.NOT_USED)
@@ -198,13 +196,13 @@ class Update(Generic[R, M, P, S, K]):
         robot: where it falls, f learns from how, and the search is done again.
         """
         place, drivers = inputs.place, list(inputs.earlier)
-        simulated = [self.simulated(place / "sim_collect", 0, None, simulation)]
+        simulated = [self._simulations.rollouts(place / "sim_collect", 0, None, simulation)]
         places = [place, *(place / f"again_{i}" for i in range(1, self._settings.search_retries + 1))]
         found: list[LearnedPolicy[R, M, P]] = []
         for here in places:
             for number in range(len(simulated), len(drivers) + 1):
                 driven = place / f"sim_driven_{number - 1}"
-                simulated.append(self.simulated(driven, number, drivers[number - 1], simulation))
+                simulated.append(self._simulations.rollouts(driven, number, drivers[number - 1], simulation))
             f = self._steps.fit_simulation(here / "sim_model", simulated)
             learned = self.with_g(replace(inputs, place=here, f=f.value), Basis.CORRECTED)
             found.append(replace(learned, fit_s=f.seconds + learned.fit_s))
@@ -218,6 +216,13 @@ class Update(Generic[R, M, P, S, K]):
         return self.solved(self._steps.simulate(place, policy, self.as_judged, simulation))
 
 
+def _outcome(diagnosed: bool, base: Base) -> DiagnosisOutcome:
+    """What became of a diagnosis, if there was one, by the base that was kept."""
+    if not diagnosed:
+        return DiagnosisOutcome.NOT_MADE
+    return DiagnosisOutcome.USED if base is Base.DIAGNOSED else DiagnosisOutcome.NOT_USED
+
+
 def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
     """The last of several searches, with the time of all of them."""
     return replace(
@@ -227,9 +232,3 @@ def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         searches=len(found),
         diagnosis=DiagnosisOutcome.USED,
     )
-
-
-def _gain(fit: FittedDifference[M]) -> float | None:
-    """By how much likelier the data are under the base that was kept than under the next best [nats]."""
-    others = [value for number, value in enumerate(fit.log_evidences) if number != fit.base]
-    return fit.log_evidences[fit.base] - max(others) if others else None

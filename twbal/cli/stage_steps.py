@@ -104,11 +104,11 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
         return self._fitted("fit-sim-gp", place, {"episodes": list(rollouts)})
 
     def fit_difference(
-        self, place: Path, bases: Sequence[Path], rollouts: Sequence[Path]
+        self, place: Path, bases: Sequence[Path | None], rollouts: Sequence[Path]
     ) -> Timed[FittedDifference[Path]]:
         """A call of fit-diff-gp."""
         several = len(bases) > 1
-        dynamics = list(bases) if several else next(iter(bases), None)
+        dynamics = list(bases) if several else bases[0]
         fitted = self._fitted("fit-diff-gp", place, {"dynamics": dynamics, "episodes": list(rollouts)})
         return Timed(self.chosen(place) if several else FittedDifference(fitted.value), fitted.seconds)
 

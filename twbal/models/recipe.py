@@ -10,7 +10,7 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions, unbroken
-from twbal.models.dynamics import DynamicsModel, without_simulation
+from twbal.models.dynamics import DynamicsModel
 from twbal.models.fit import GpFitResult
 from twbal.models.fit_settings import PriorReference, input_scales
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
@@ -84,17 +84,11 @@ class ModelRecipe:
         model = DynamicsModel(channels, fit.gp, None, self.keep_f_variance, fit.gp.noise_variance, known)
         return LearnedModel(model, data, fit.log_evidence)
 
-    def learn_all(self, episodes: Sequence[Episode], channels: Channels, seed: int) -> LearnedModel:
-        """The whole dynamics from real episodes, as g beside an f that says nothing; priors are relative to the data.
-
-        Raises:
-            DataError: the episodes cannot be used together.
-            FitError: a model cannot be learned from them.
-        """
-        return self.learn_difference(without_simulation(channels), episodes, seed)
-
     def learn_difference(self, model: DynamicsModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
         """Line 7 of Algorithm 1: `model` with a new g, from all real episodes so far.
+
+        On top of an f that says nothing (`without_simulation`), g is the whole dynamics; priors are relative to the
+        data then.
 
         Raises:
             DataError: the episodes have other channels than the model, or cannot be used together.

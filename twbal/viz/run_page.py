@@ -156,8 +156,8 @@ def _updated(iteration: Iteration) -> str:
     diagnosed = {
         DiagnosisOutcome.USED: "What the simulation lacks to explain the rollouts was diagnosed and added to it, and f "
         "was learned again. ",
-        DiagnosisOutcome.NOT_USED: "A diagnosis of what the simulation lacks left most of its error, so the simulation "
-        "stayed as it was. ",
+        DiagnosisOutcome.NOT_USED: "A diagnosis of what the simulation lacks was not used: too much of the error was "
+        "left, or the rollouts are likelier under another f, or without one. ",
     }.get(iteration.diagnosis or DiagnosisOutcome.NOT_MADE, "")
     if iteration.basis is Basis.IDENTIFIED:
         return f"A linear model was fitted to {data}; its regulator is policy {iteration.first_had}."

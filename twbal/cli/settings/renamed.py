@@ -30,6 +30,7 @@ SETTINGS = {
     "sim_collect.tilt_limit": "tilt_limit",
     "real_rollout.tilt_limit": "tilt_limit",
     "improve_oscillation": "oscillation_limit",
+    "identified_base": "base_by_evidence",
     "earlier": "initial_policies",
     "base": "residual_on",
     "confirming": "calibration_episodes",

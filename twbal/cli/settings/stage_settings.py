@@ -148,7 +148,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("sim_rounds", _ROUNDS, "rounds in which f learns from its own policy"),
         Setting("sim_round_rollouts", _TRIALS, "rollouts in each of these rounds"),
         Setting("sim_round_exploration", _SHARE, "sd of noise on their command, per torque limit"),
-        Setting("identified_base", YesNo(), "the identified simulation is one more base of g, with robust"),
+        Setting("base_by_evidence", YesNo(), "the base of g is chosen among several, with robust"),
         _common("diagnose", YesNo(), "what rollouts show to be missing enters the simulation"),
         Setting("search_retries", _ROUNDS, "searches anew where a policy falls in simulation"),
         Setting("initial_policy", OneOf(("simulation", "random", "lqr", "agent")), "where policy 0 comes from"),
