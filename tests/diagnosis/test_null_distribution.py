@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from diagnosis_settings import SETTINGS
 from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.diagnosis import null_distribution as null
@@ -9,7 +10,6 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import bic_penalty, fit_hypothesis
 from twbal.diagnosis.score_test import score_candidates
-from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
@@ -17,7 +17,7 @@ from twbal.sysid.noise import NoiseModel
 PERIODS, ROBOTS = 400, 24
 TORQUE_NOISE = 0.05  # N·m; without any, the filter never settles, and what it leaves is less than white
 SPREAD = 0.03 * 3.0**0.5  # of a uniform distribution with a standard deviation of 3 %, as the tolerance is
-TOLERANCES = Tolerances(data_sheet=0.03, rough=0.15, imu_timing=0.0003, angle_timing=0.00025, tilt_offset=0.0)
+TOLERANCES = SETTINGS.tolerances
 SMALL = {
     "actuation_delay": 1e-5,
     "viscous_friction": 1e-4,
