@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from diagnosis_settings import SETTINGS
 from scipy.integrate import solve_ivp
 
 from twbal.cli.main import main
@@ -13,7 +14,7 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.core.plant import Observation
-from twbal.diagnosis.wheel_friction import _standard_error
+from twbal.diagnosis.wheel_friction import _least_gain, _standard_error
 from twbal.diagnosis.wheel_turns import turned_angle
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air
 from twbal.io.logs import write_episode
@@ -212,6 +213,24 @@ def test_intervals_of_few_windows_hold_as_often_as_those_of_many(windows):
             sigma = np.sqrt(np.mean((seen - found[0] * rates - found[1]) ** 2))
         held.append(abs(found[1]) < 1.96 * _standard_error(J))
     assert 0.93 < np.mean(held) < 0.985
+
+
+@pytest.mark.parametrize("windows", [12, 40])
+def test_chance_alone_gains_enough_as_often_as_a_false_alarm_may_be(windows):
+    """By regressions of white errors on the motors' strength and on each of three forms of drag."""
+    likely = replace(SETTINGS.thresholds, false_alarm_probability=0.1)
+    least = _least_gain(windows, replace(SETTINGS, thresholds=likely, temperature=1.0))
+    rng, alarms, draws = np.random.default_rng(8), 0, 3000
+    strength, *forms = rng.normal(size=(4, windows))
+
+    def misfit(y, *regressors):
+        left = y - np.stack(regressors, axis=1) @ np.linalg.lstsq(np.stack(regressors, axis=1), y, rcond=None)[0]
+        return windows * np.log(left @ left)
+
+    for y in rng.normal(size=(draws, windows)):
+        gain = misfit(y, strength) - min(misfit(y, strength, form) for form in forms)
+        alarms += gain - np.log(windows) > least
+    assert 0.06 < alarms / draws < 0.1 + 3.0 * np.sqrt(0.09 / draws)
 
 
 @pytest.mark.parametrize("kind", ["backlash", "backlash_behind_encoder"])
