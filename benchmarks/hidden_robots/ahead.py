@@ -109,7 +109,7 @@ def pilco_ahead(results: Mapping[str, Any]) -> list[str]:
         seconds, won = median(run["seconds"] for run in runs), median(run["successes"] for run in runs)
         later = median(run["seconds"] + min(run["trial_seconds"], _ROLLOUT) for run in runs)
         updates, driven = (
-            median(inf if run[what] is None else run[what] for run in robot["default"])
+            median(inf if run[what] is None else run[what] for run in robot.get("default", [robot]))
             for what in ("updates", "seconds")
         )
         is_far = updates > UPDATES or driven - seconds > SECONDS

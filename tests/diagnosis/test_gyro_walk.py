@@ -9,7 +9,7 @@ from test_real_logs import settings
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.gyro_walk import gyro_bias_walk
-from twbal.diagnosis.gyro_walk_record import USUAL, GyroBiasWalk
+from twbal.diagnosis.gyro_walk_record import USUAL, BiasWalk
 from twbal.diagnosis.hypothesis import fit_hypothesis
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
@@ -41,7 +41,7 @@ def test_a_gyro_that_does_not_walk_is_not_said_to(make, conf):  # noqa: F811
 
 
 def test_a_sentence_says_the_size_the_interval_and_what_is_usual():
-    text = GyroBiasWalk(2e-5, 0.0, 8e-5).text
+    text = BiasWalk(2e-5, 0.0, 8e-5).text
     assert text == (
         "The bias of the gyro walks by 2e-05 rad/s/√s (0 to 8e-05); that of a gyro of silicon walks by less than 1e-04."
     )

@@ -1,5 +1,7 @@
 """The best score where nothing is missing: as drawn, against recordings and series in which nothing is missing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis_settings import SETTINGS
@@ -98,7 +100,7 @@ def test_the_best_of_many_frequencies_is_as_good_as_in_white_series():
 def test_an_effect_that_is_there_scores_more_than_chance_makes_one_score(paper, some):
     data, base = refitted(paper, {"viscous_friction": {"coefficient": 0.2}}, 7)
     drawn = null.null_distribution(data, base, some, {}, 1.0)
-    found = null.null_score(drawn, score_candidates(data, base.fit, some), base)
+    found = null.null_score(data, drawn, score_candidates(data, base.fit, some), base)
     assert found.name == "viscous_friction" and found.p_value == pytest.approx(1e-4, rel=0.01)
     assert found.score > drawn.exceeded_with(1e-3).effect > found.high > found.median
     assert "viscous friction, has a score of" in found.text and "less than 0.1%" in found.text
@@ -108,6 +110,29 @@ def test_the_same_recordings_have_the_same_least_scores(paper, some):
     data, base = refitted(paper, {}, 8)
     one, other = (null.null_distribution(data, base, some, {}, 1.0).exceeded_with(0.01) for _ in range(2))
     assert one == other and one.effect > 0.0
+
+
+def test_scores_count_the_instants_that_count_over_the_residual_autocorrelation(paper, some):
+    data, base = refitted(paper, {}, 7)
+    (recording,) = data.recordings
+    usable = recording.usable & (np.arange(len(recording) + 1) % 3 > 0)
+    data = replace(data, recordings=[replace(recording, usable=usable)])
+    louder = base._replace(autocorrelations=np.full(4, 5.0))
+    (friction,) = (each for each in some if each.name == "viscous_friction")
+    (scored,) = score_candidates(data, louder.fit, [friction])
+    drawn = null.null_distribution(data, louder, [friction], {}, 1.0, 5.0)
+    found = null.null_score(data, drawn, [scored], louder)
+    assert 250 < data.count < 280
+    assert found.score == pytest.approx((scored.gain - np.log(data.count)) / 5.0)
+    assert drawn.effects.min() == pytest.approx(-np.log(data.count) / 5.0)
+
+
+def test_values_that_do_the_same_leave_directions(paper, some):
+    """Two free values without a prior of which only the sum matters."""
+    data, base = refitted(paper, {}, 8)
+    twice = base.fit._replace(free_parameters=(*base.fit.free_parameters, *base.fit.free_parameters[:1]))
+    drawn = null.null_distribution(data, base._replace(fit=twice), some, {}, 1.0)
+    assert np.isfinite(drawn.effects).all()
 
 
 def test_errors_of_form_make_least_scores_higher(paper, some):
@@ -126,4 +151,4 @@ def test_no_candidate_is_worth_its_penalty_below_a_score_of_nought():
 def test_where_no_further_effect_is_weighed_there_is_no_score(paper):
     data, base = refitted(paper, {}, 8)
     drawn = null.null_distribution(data, base, [], {}, 1.0)
-    assert null.null_score(drawn, [], base) is None and drawn.exceeded_with(0.01) == (0.0, 0.0)
+    assert null.null_score(data, drawn, [], base) is None and drawn.exceeded_with(0.01) == (0.0, 0.0)

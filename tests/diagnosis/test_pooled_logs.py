@@ -4,22 +4,26 @@ import sys
 from dataclasses import replace
 from math import radians
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from diagnosis_settings import SETTINGS
 from test_lost_commands import NOISE, USABILITY, driven
 from test_real_logs import settings
 
 import twbal
-from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis import pipeline
+from twbal.diagnosis.candidates import always_free, log_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
 from twbal.planar.parameters import planar_parameters
+from twbal.sysid.held_out import Split
 from twbal.sysid.intervals import interval, standard_errors
 from twbal.sysid.model import Data, Model, Offsets
 from twbal.sysid.prediction_error_fit import slopes_of
-from twbal.sysid.recording import read_recordings
+from twbal.sysid.recording import are_of_several_runs, read_recordings
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
 from conftest import conf, make  # noqa: F401 - fixtures
@@ -94,3 +98,18 @@ def test_trials_of_one_run_share_battery_and_floor(logs, conf):  # noqa: F811
     trials = [replace(log, provenance=replace(log.provenance, trial=i)) for i, log in enumerate(logs)]
     read = read_recordings([*trials, *trials[:1]], ["a", "b", "c", "a again"], conf("robot/paper"), USABILITY)
     assert [recording.run for recording in read] == [0, 0, 0, 1]
+    assert are_of_several_runs(read) and not are_of_several_runs(read[:3])
+    kinds = {free.field.kind for free in log_offsets(SETTINGS.tolerances, 4, several_runs=True)}
+    assert kinds == {"torque", "slope"} and not log_offsets(SETTINGS.tolerances, 3, several_runs=False)
+
+
+def test_nothing_is_fitted_to_recordings_that_are_held_out_as_a_whole(logs, conf, monkeypatch):  # noqa: F811
+    robot = conf("robot/paper")
+    read = read_recordings(logs, ["a", "b", "c"], robot, USABILITY)
+    asked = []
+    monkeypatch.setattr(pipeline, "filter_recordings", lambda *arguments: asked.append(arguments))
+    for are_ends in (False, True):
+        split = Split(read[:2], read[2:], ("c",), are_ends)
+        filtered = SimpleNamespace(effects={}, noise=None, angle_lead=0.0, offsets="as fitted")
+        pipeline._seen_by(filtered, split, robot, SETTINGS)
+    assert [arguments[-1] for arguments in asked] == [(), "as fitted"]

@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Generic, NamedTuple
 
+from numpy.linalg import LinAlgError
+
 from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
 from twbal.algorithm.learned import LearnedPolicy, UpdateInputs
 from twbal.algorithm.ranking import Shown, shown_by
@@ -121,7 +123,7 @@ class Update(Generic[R, M, P, S, K]):
             may_fail: whether they may show that it `has_failed`, after which there is one more base of g.
         """
         bases = self._bases(inputs)
-        if not may_fail:
+        if not (may_fail and self._steps.identifies and self._settings.base_by_evidence):
             self._fit(inputs, bases)
 
     def _bases(self, inputs: UpdateInputs[R, M, P]) -> _Bases[M, K]:
@@ -156,7 +158,7 @@ class Update(Generic[R, M, P, S, K]):
             return None
         try:
             return self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
-        except DataError as error:  # g can be learned from rollouts that a diagnosis cannot use
+        except (DataError, ArithmeticError, LinAlgError) as error:  # g may be learned from them all the same
             self._steps.say(f"no diagnosis: {error}")
             return None
 
@@ -230,5 +232,5 @@ def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         fit_s=sum(each.fit_s for each in found),
         search_s=sum(each.search_s for each in found),
         searches=len(found),
-        diagnosis=DiagnosisOutcome.USED,
+        diagnosis=DiagnosisOutcome.USED if found[-1].base is Base.GIVEN else DiagnosisOutcome.NOT_USED,
     )

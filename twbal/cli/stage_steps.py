@@ -30,9 +30,10 @@ from twbal.cli.sim_files import AUGMENTED, IDENTIFIED
 from twbal.cli.trials_at_once import robots_at_once, waits
 from twbal.core.copies import begun_ahead, may_be_copied
 from twbal.core.episode import Episode
+from twbal.core.errors import CheckpointError, DataError
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share
-from twbal.diagnosis.usability import FEW_DATA
+from twbal.diagnosis.usability import FEW_DATA, RIGHT_AWAY
 from twbal.virtual_robot.process import KeptRobots
 
 _SAVED, _RANDOM = {"policy": "saved"}, {"policy": "random"}
@@ -154,12 +155,16 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     def diagnose(self, place: Path, rollouts: Sequence[Path]) -> CorrectedSimulation[Path]:
         """A call of diagnose."""
         overrides = {"episodes": list(rollouts), **FEW_DATA._asdict(), "next_experiment": False, "free_form": False}
+        overrides |= {f"diagnosis.tolerances.{name}": value for name, value in RIGHT_AWAY.items()}
         self._chain.run(StageCall("diagnose", place, overrides))
         return CorrectedSimulation(place / AUGMENTED, self.closed(place))
 
     def closed(self, diagnosis: Path) -> float:
         """Share of the gap that the diagnosis in a folder closes."""
-        return closed_share(self._chain.root / diagnosis / DIAGNOSIS)
+        try:
+            return closed_share(self._chain.root / diagnosis / DIAGNOSIS)
+        except DataError as error:  # which would say that the rollouts are of no use
+            raise CheckpointError(str(error)) from error
 
     def episodes(self, rollouts: Sequence[Path]) -> tuple[Episode, ...]:
         """The logs of run folders."""

@@ -157,8 +157,8 @@ def _rollouts(
 ) -> _Rollouts:
     """Rollouts of a model from some instants of recordings, under (n, S) commands, and how far they stray.
 
-    A tilt offset of a recording is added here, as it is no effect. What a filter of
-    the tilt shows is all that it remembers, so in a model that has one the tilt begins at what was measured. By as much
+    A tilt offset of a recording is added here, as it is no effect. What a filter of the tilt shows is all that it
+    remembers, so in a model that has one the tilt begins at what was measured. By as much
     as the engine's own filter shows something else there, it is off later, less what it forgets.
     """
     remembered = _remembered(result, recordings[0].period)

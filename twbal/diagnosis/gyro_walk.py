@@ -14,7 +14,7 @@ from math import sqrt
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from twbal.diagnosis.gyro_walk_record import GyroBiasWalk
+from twbal.diagnosis.gyro_walk_record import BiasWalk
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.sysid.likelihood import cost
 from twbal.sysid.model import Data
@@ -26,7 +26,7 @@ _BIAS = 5  # of the components of a model discrepancy
 _PER_LEVEL = sqrt(2.0 / BIAS_TIME)
 
 
-def gyro_bias_walk(data: Data, chosen: FittedHypothesis) -> GyroBiasWalk | None:
+def gyro_bias_walk(data: Data, chosen: FittedHypothesis) -> BiasWalk | None:
     """By how much the bias of the gyro walks under a fitted set of effects; None without a gyro.
 
     Args:
@@ -48,7 +48,7 @@ def gyro_bias_walk(data: Data, chosen: FittedHypothesis) -> GyroBiasWalk | None:
     return _with_interval(unlikely, fitted)
 
 
-def _with_interval(unlikely: Callable[[float], float], fitted: float) -> GyroBiasWalk:
+def _with_interval(unlikely: Callable[[float], float], fitted: float) -> BiasWalk:
     """The likeliest density, and those that are nearly as likely, by their logarithms; `fitted` is one near it."""
     least, most = float(np.log(_LEAST)), float(np.log(_MOST))
     near = max(least, fitted - 3.0), min(most, fitted + 3.0)
@@ -60,4 +60,4 @@ def _with_interval(unlikely: Callable[[float], float], fitted: float) -> GyroBia
 
     low = float(np.exp(brentq(beyond, least, best, xtol=0.02))) if beyond(least) > 0.0 else 0.0
     high = float(np.exp(brentq(beyond, best, most, xtol=0.02))) if beyond(most) > 0.0 else _MOST
-    return GyroBiasWalk(float(np.exp(best)) if low > 0.0 else min(float(np.exp(best)), high), low, high)
+    return BiasWalk(min(float(np.exp(best)), high), low, high)

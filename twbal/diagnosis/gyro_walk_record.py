@@ -10,7 +10,7 @@ Journal of Robotics Research 35 (10), 2016, 1157-1163), cheap ones with some tim
 """
 
 
-class GyroBiasWalk(NamedTuple):
+class BiasWalk(NamedTuple):
     """By how much the bias of the gyro walks.
 
     Attributes:

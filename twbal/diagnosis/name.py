@@ -111,7 +111,7 @@ def name_effects(
     progress("checking whether what fits best is a finding")
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    objected = _objected(problem, selection, weights, extent)
+    objected = _objected(problem, selection, weights, extent, largest_noise(robot))
     verdict = conclude(selection, objected, statistic, power, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
@@ -165,12 +165,13 @@ def _against_chance(
     return problem._replace(settings=settings.held_against(null.exceeded_with)), base, extent
 
 
-def _objected(problem: Problem, selection: Selection, weights: Weights, extent: Extent) -> tuple[Objection, ...]:
+def _objected(
+    problem: Problem, selection: Selection, weights: Weights, extent: Extent, largest: NoiseModel
+) -> tuple[Objection, ...]:
     """What speaks against the chosen set."""
-    data, chosen, settings = problem.data, selection.chosen, problem.settings
-    inconstant = inconstant_effects(data, chosen, settings.thresholds.max_size_difference)
-    assert data.loudest is not None  # as `name_effects` made them
-    found = objections(chosen, data.loudest, inconstant, settings, extent)
+    chosen, settings = selection.chosen, problem.settings
+    inconstant = inconstant_effects(problem.data, chosen, settings.thresholds.max_size_difference)
+    found = objections(chosen, largest, inconstant, settings, extent)
     return (*found, *outweighed(selection, weights, settings))
 
 
@@ -183,8 +184,9 @@ def _further_effects(
     beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
     scored = beside[-1] if beside else score_candidates(data, chosen.fit, left)
     power = detection_power(scored, chosen, data, temperature, log_prior_odds(problem.settings))
-    null = null_distribution(data, chosen, left, extent.along(), problem.settings.temperature)
-    return power, null_score(null, scored, chosen)
+    temperature = problem.settings.temperature
+    null = null_distribution(data, chosen, left, extent.along(), temperature, chosen.autocorrelation)
+    return power, null_score(data, null, scored, chosen)
 
 
 def _search(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]) -> Selection:

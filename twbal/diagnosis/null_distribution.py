@@ -12,9 +12,10 @@ tried of each, and the best counts. Of a wave the direction is a plane, as its p
 searched: the largest of as many independent planes as S. O. Rice's rate of upcrossings gives (Bell System Technical
 Journal 24, 1945, 46-156): about three for each period that the recordings tell apart.
 
-Errors of real robots stay autocorrelated. As scores are gains over the residual autocorrelation, so are these. And a
-robot's form of an effect is never ours: what that leaves gains, too. So gains are multiplied by the temperature, by
-which the probabilities of sets divide them.
+Errors of real robots stay autocorrelated, and gain more by as much; a score is a gain, less the penalty, over the
+residual autocorrelation. And a robot's form of an effect is never ours: what that leaves gains, too. So gains are
+multiplied by the temperature, by which the probabilities of sets divide them. Of an effect with several parameters
+only the first one is moved, so what chance makes of the others is left out.
 """
 
 from collections.abc import Mapping, Sequence
@@ -76,6 +77,7 @@ def null_distribution(
     candidates: Sequence[Candidate],
     along: Mapping[str, float],
     temperature: float,
+    autocorrelation: float = 1.0,
 ) -> NullDistribution:
     """The null distribution of the best score of candidates beside a set.
 
@@ -85,6 +87,7 @@ def null_distribution(
         candidates: that it does not hold.
         along: how far the recordings go, by the parameter of a wave that counts its periods there (`Extent.along`).
         temperature: of the probabilities of sets.
+        autocorrelation: of the residuals, over which scores are counted.
     """
     generator = np.random.default_rng(_SEED)
     known = [each for each in _directions(data, beside, candidates) if len(each.rows)]
@@ -92,7 +95,8 @@ def null_distribution(
 
     def add(candidate: Candidate, gains: Array) -> None:
         of = best[candidate.in_data_sheet]
-        np.maximum(of, temperature * gains - bic_penalty([candidate], data.count), out=of)
+        penalty = bic_penalty([candidate], data.count) / autocorrelation
+        np.maximum(of, temperature * gains - penalty, out=of)
 
     if known:
         rows = np.concatenate([each.rows for each in known])
@@ -111,21 +115,23 @@ def null_distribution(
     return NullDistribution(best[False], best[True])
 
 
-def null_score(null: NullDistribution, scored: Sequence[ScoredCandidate], beside: FittedHypothesis) -> NullScore | None:
+def null_score(
+    data: Data, null: NullDistribution, scored: Sequence[ScoredCandidate], beside: FittedHypothesis
+) -> NullScore | None:
     """What the best effect scores beside a set, and how often chance alone makes one score more; None of no effects.
 
     Args:
+        data: recordings.
         null: distribution beside the set.
         scored: candidates, scored beside the set.
         beside: the set.
     """
-    count = len(beside.fit.white) // 4
     scores = {
-        each.candidate.name: (each.gain - bic_penalty([each.candidate], count)) / beside.autocorrelation
+        each.candidate.name: (each.gain - bic_penalty([each.candidate], data.count)) / beside.autocorrelation
         for each in scored
         if not each.candidate.in_data_sheet
     }
-    if not scores:
+    if not (scores and np.isfinite(null.effects).all()):
         return None
     best = max(scores, key=lambda name: scores[name])
     above = int((null.effects >= scores[best]).sum())
@@ -145,8 +151,7 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
     slopes = in_threads(lambda free: slopes_by(free, data, fit.model, fit.kalman, errors), fit.free_parameters)
     J = np.array([whitened(fit.kalman, weights, each) for each in slopes])  # (P, N)
     priors = np.diag([1.0 / free.sd + _RIDGE / (free.high - free.low) for free in fit.free_parameters])
-    taken = np.hstack([J, priors])
-    taken = np.linalg.solve(np.linalg.cholesky(taken @ taken.T), taken)  # orthonormal rows
+    taken = np.linalg.qr(np.hstack([J, priors]).T)[0].T  # orthonormal rows
 
     def of(candidate: Candidate) -> _Directions:
         own = [i for i, free in enumerate(fit.free_parameters) if free.field in values_of(candidate, "start")]

@@ -104,8 +104,7 @@ def diagnose_episodes(
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
     simulated = DiagnosedSimulation(robot, present, dividing_step(robot.control_period, simulation.physics_step))
     if in_air:
-        still = replace(settings.tolerances, tilt_offset=0.0, battery=0.0, floor_slope=0.0)
-        settings = replace(settings, tolerances=still)
+        settings = replace(settings, tolerances=settings.tolerances.without_offsets())
         simulated = replace(simulated, robot=held(robot), effects=without_rotors(present))
         usability = replace(usability, min_samples=data.min_length, needs_tilt=False)
         measured, tests = _upright(measured), _upright(tests)
@@ -115,9 +114,9 @@ def diagnose_episodes(
         progress(said)
     progress(_how_many(split))
     name = identify_friction if in_air else name_effects
-    candidates = candidates_for(simulated.robot)
 
     def search(recordings: Sequence[Recording]) -> Findings:
+        candidates = candidates_for(simulated.robot)
         return name(recordings, simulated.robot, simulated.effects, candidates, settings, progress)
 
     found, split, loss = without_lost_commands(search(split.fitted), split, search, progress)
@@ -130,7 +129,7 @@ def diagnose_episodes(
         for what, step in (
             ("comparing the recordings", partial(_with_disagreements, comparison, split)),
             (
-                "looking for a function of one variable",
+                "looking for a function",
                 partial(_with_free_forms, comparison, split, simulated, settings, data, progress),
             ),
             ("looking at the bias of the gyro", partial(_with_gyro_walk, comparison)),
@@ -258,9 +257,9 @@ def _diagnosis(
     found: Findings, split: Split, simulation: DiagnosedSimulation, settings: Settings, data: DataSettings
 ) -> Diagnosis:
     """What was found, with the gap that it closes on held-out data."""
-    as_it_is = replace(settings, tolerances=replace(settings.tolerances, battery=0.0, floor_slope=0.0))
-    nominal = _seen_by(found.nominal, split, simulation.robot, as_it_is)
-    refitted = _seen_by(found.refitted, split, simulation.robot, settings)
+    nominal, refitted = (
+        _seen_by(model, split, simulation.robot, settings) for model in (found.nominal, found.refitted)
+    )
     named = refitted
     if found.named is not found.refitted:
         named = _seen_by(found.named, split, simulation.robot, settings)
@@ -330,9 +329,9 @@ def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Finding
 
 
 def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, settings: Settings) -> FilterResult:
-    """What a fitted model makes of what was kept back; other recordings have offsets of their own."""
+    """What a fitted model makes of what was kept back; other recordings have offsets of the tilt of their own."""
     recordings: Sequence[Recording] = split.kept_back
-    free = log_offsets(settings.tolerances, len(recordings), are_of_several_runs(split.fitted))
+    free = log_offsets(settings.tolerances, len(recordings), several_runs=False)  # nothing else is fitted to them
     offsets = filtered.offsets if split.are_ends else free
     return filter_recordings(
         robot, filtered.effects, filtered.noise, filtered.angle_lead, recordings, settings.substeps, offsets

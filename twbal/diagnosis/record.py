@@ -8,7 +8,7 @@ from typing import NamedTuple, Self
 from twbal.diagnosis.calibration import Objected
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
-from twbal.diagnosis.gyro_walk_record import GyroBiasWalk
+from twbal.diagnosis.gyro_walk_record import BiasWalk
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.motor_difference_record import MotorDifference
 from twbal.diagnosis.null_record import NullScore
@@ -338,7 +338,7 @@ class Diagnosis:
     free_form: tuple[FreeForm, ...] = ()
     motor_difference: MotorDifference | None = None
     lost_commands: CommandLoss | None = None
-    gyro_bias_walk: GyroBiasWalk | None = None
+    gyro_bias_walk: BiasWalk | None = None
     contradicted: bool = False
     power: tuple[DetectionPower, ...] = ()
     null_score: NullScore | None = None

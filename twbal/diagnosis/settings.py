@@ -45,6 +45,10 @@ class Tolerances:
         largest = max(self.data_sheet, self.rough)
         return min(self.data_sheet * self.factors.get(value, 1.0), largest)
 
+    def without_offsets(self) -> "Tolerances":
+        """The same with nothing that differs from recording to recording."""
+        return replace(self, tilt_offset=0.0, battery=0.0, floor_slope=0.0)
+
     def for_robot(self, robot: RobotParameters) -> "Tolerances":
         """The same, with what the robot's sheet says of where its values come from."""
         return replace(self, factors=robot.tolerance_factors)
@@ -58,7 +62,8 @@ class Thresholds:
     Ljung-Box statistic of the residuals over its expectation, 1 for white ones.
 
     Attributes:
-        false_alarm_probability: that chance alone makes the best candidate worth its penalty where none is there.
+        false_alarm_probability: that chance makes the best candidate worth its penalty where none is there, its gain
+            multiplied by the temperature.
         min_gain_share: of what the effects named so far gain, that another one must gain beside them.
         min_effect_size: of the start values of its parameters, that an effect must have to be named.
         max_autocorrelation: of residuals after the fix, above which nothing in the library explains the gap.

@@ -1,7 +1,7 @@
 """Whether the rollouts of a run of Algorithm 1 are enough for a diagnosis."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from twbal.core.episode import Episode
 
@@ -17,6 +17,9 @@ class Amount(NamedTuple):
     min_length: int
     min_samples: int
 
+
+RIGHT_AWAY: dict[str, Any] = {"battery": 0.0, "floor_slope": 0.0}
+"""Tolerances for such rollouts: of one robot, whose battery and floor hardly change in the minutes that they take."""
 
 FEW_DATA = Amount(min_length=15, min_samples=150)
 """For such rollouts, which wander and fall: they tell more than as much of a robot that stands."""

@@ -15,7 +15,9 @@ DIAGNOSIS = (
     Setting("diagnosis.tolerances.angle_timing", Number(1e-9, 1.0, "s"), "sd of angles read before or after rates"),
     Setting("diagnosis.tolerances.tilt_offset", Number(0.0, 1.5, "rad"), "sd of each recording's tilt; 0: no offset"),
     Setting("diagnosis.tolerances.battery", Number(0.0, 1.0), "sd of each recording's torque; 0: no difference"),
-    Setting("diagnosis.tolerances.floor_slope", Number(0.0, 0.5, "rad"), "sd of each recording's ground; 0: level"),
+    Setting(
+        "diagnosis.tolerances.floor_slope", Number(0.0, 0.5, "rad"), "sd of each recording's slope; 0: no difference"
+    ),
     Setting(
         "diagnosis.thresholds.false_alarm_probability",
         Number(1e-3, 0.5),
