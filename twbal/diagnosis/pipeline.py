@@ -124,12 +124,11 @@ def diagnose_episodes(
     diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found)
     first = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*first, *diagnosis.advice))
-    comparison = found.comparison
-    if comparison is not None:
+    if (comparison := found.comparison) is not None:
         for what, step in (
             ("comparing the recordings", partial(_with_disagreements, comparison, split)),
             (
-                "looking for a function",
+                "looking for a function of one variable",
                 partial(_with_free_forms, comparison, split, simulated, settings, data, progress),
             ),
             ("looking at the bias of the gyro", partial(_with_gyro_walk, comparison)),
