@@ -158,13 +158,14 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
         changes = [np.append(np.zeros(J.shape[1]), priors[i] / priors[i, i]) for i in own]
         for values in () if own else _tried(candidate):
             moved = data.errors(fit.model.put(values), fit.kalman)
-            change = whitened(fit.kalman, weights, [a - b for a, b in zip(moved, errors, strict=True)])
-            changes.append(np.append(change, np.zeros(len(J))))
+            if all(np.isfinite(each).all() for each in moved):  # predictions do not diverge
+                change = whitened(fit.kalman, weights, [a - b for a, b in zip(moved, errors, strict=True)])
+                changes.append(np.append(change, np.zeros(len(J))))
         rows = []
         for change in changes:
             left = change - taken.T @ (taken @ change)
             length, whole = np.linalg.norm(left), np.linalg.norm(change)
-            if np.isfinite(whole) and length > _ALONE * whole:
+            if length > _ALONE * whole:
                 rows.append(left / length)
         return _Directions(candidate, np.array(rows).reshape(len(rows), taken.shape[1]))
 
