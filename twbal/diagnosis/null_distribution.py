@@ -37,6 +37,7 @@ _DRAWS = 10_000
 _SMALL_AND_LARGE = (0.001, 0.4, 1.0)  # sizes of what is no limit, as shares of its start values
 _PLANES = 3.0  # independent planes for each period that the recordings tell apart
 _ALONE = 1e-4  # least share of a change, as of lengths, that nothing else may make up for
+_DIVERGED = 1e100  # errors from which on predictions diverge, and squares overflow
 _SEED = 0
 _RIDGE = 1e-3  # of what has no prior, as of `sysid.intervals`
 _JITTER = 1e-9  # added to the variances of directions, some of which are the same
@@ -158,7 +159,7 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
         changes = [np.append(np.zeros(J.shape[1]), priors[i] / priors[i, i]) for i in own]
         for values in () if own else _tried(candidate):
             moved = data.errors(fit.model.put(values), fit.kalman)
-            if all(np.isfinite(each).all() for each in moved):  # predictions do not diverge
+            if all(np.abs(each).max() < _DIVERGED for each in moved):  # nor any that is no number
                 change = whitened(fit.kalman, weights, [a - b for a, b in zip(moved, errors, strict=True)])
                 changes.append(np.append(change, np.zeros(len(J))))
         rows = []
