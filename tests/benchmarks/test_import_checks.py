@@ -61,18 +61,21 @@ def test_tables_list_what_was_not_named():
     again = [{"what": "cut", "said": ["rows in common"]}, {"what": "cut", "said": []}]
     of_bunches = {"seed": 3, "convention": "bunches", "off": 0.2, "said": []}
     conventions = [of_bunches, {**of_bunches, "off": 2.5}, {**of_bunches, "off": None, "said": loud["said"]}]
+    conventions += [{**of_bunches, "convention": "no tilt", "off": off} for off in (0.3, 1.0, 1.02)]
     faults = [case, missed, {**case, "named": True}]
     results = {"logs": [quiet, loud], "conventions": conventions, "faults": faults, "again": again}
     assert import_checks(results)[2:] == [
-        "| right ones | 2 | 1 | | |",
-        "| right ones, bunches | 3 | 1 | | |",
-        "| sign | 3 | 2 | 1 | 1 |",
-        "| a second call: cut | 2 | 1 | | |",
+        "| right ones | 2 | | 1 | | |",
+        "| right ones, bunches | 3 | 1/3 | 1 | | |",
+        "| right ones, no tilt | 3 | 2/3 | 0 | | |",
+        "| sign | 3 | | 2 | 1 | 1 |",
+        "| a second call: cut | 2 | | 1 | | |",
     ]
     assert import_misses(results) == [
         '- robot 2, nothing wrong: "time runs slow".',
         "- robot 3, bunches: 2.5 times as far off as is right.",
         '- robot 3, bunches: "time runs slow".',
+        "- robot 3, no tilt: the tilt is off by 0.0204 rad (standard deviation); at most 0.02 is right.",
         '- robot 7, sign of tilt: taken for another: "tilt is late".',
         "- robot 7, sign of tilt: the log does not tell, as is said, which row.",
     ]

@@ -15,6 +15,7 @@ import yaml
 from foreign_logs import NAMES, PERIOD, columns, text
 from hydra import compose
 from hydra.utils import instantiate
+from omegaconf import OmegaConf
 
 from twbal.cli.artefacts import episode_files
 from twbal.cli.commands import text as text_of
@@ -288,6 +289,15 @@ def test_a_part_of_one_file_and_another_file_of_its_name_are_both_kept(run, tmp_
         shutil.copy(tmp_path / "out" / "episodes" / "ride_0.mcap", tmp_path / folder / f"{name}.mcap")
     code, _, _ = run("export", f"episodes=[{logs},{tmp_path / 'c' / 'ride_0.mcap'}]", out="tables")
     assert code == 0 and len(list((tmp_path / "tables").glob("*.csv"))) == 3
+
+
+@pytest.mark.parametrize("name", ["früh", "ride 🤖", 'a "b" \\u0041'])
+def test_the_name_of_a_log_is_read_as_it_was_written(name, run, tmp_path):
+    (tmp_path / f"{name}.csv").write_text(text(columns()))
+    quoted = str(tmp_path / f"{name}.csv").replace("'", "\\'")
+    assert run("import-log", f"files='{quoted}'", ROBOT)[0] == 0
+    episode = read_episode(tmp_path / "out" / "episodes" / f"{name}.mcap")
+    assert OmegaConf.create(episode.provenance.config).imported_from == name
 
 
 def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):

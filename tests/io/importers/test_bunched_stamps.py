@@ -2,12 +2,16 @@
 
 import numpy as np
 import pytest
+from foreign_logs import text
 
+from twbal.io.importers.all_columns import all_columns
 from twbal.io.importers.bunched_stamps import bunches_of
+from twbal.io.importers.measured_columns import seconds_of
 
 PERIOD, COUNT = 0.008, 3000
 TIMES = PERIOD * np.arange(COUNT)
 ANGLE = np.sin(3.0 * TIMES)
+UNEVEN = np.cumsum(np.tile([0.004, 0.036], COUNT // 2))
 
 
 def packets(rows, late, within, seed, lost=()):
@@ -51,6 +55,15 @@ def test_each_part_of_a_log_whose_clock_is_set_back_begins_at_its_stamp():
     assert times[COUNT] == both[COUNT]
 
 
+def test_parts_of_fewer_bunches_than_a_first_period_is_taken_over_are_numbered():
+    rng = np.random.default_rng(6)
+    arrivals = [TIMES[9:400:10] + rng.exponential(0.002, 40) for _ in range(7)]
+    found = found_in(np.concatenate(arrivals).repeat(10), np.tile(ANGLE[:400], 7))
+    assert found.parts.tolist() == list(range(400, 2800, 400))
+    assert found.numbers.tolist() == list(range(400)) * 7
+    assert found.period == pytest.approx(PERIOD, rel=1e-3)
+
+
 def test_stamps_of_a_coarse_clock_are_bunches():
     found = found_in(np.floor(TIMES / 0.1) * 0.1)
     assert found.numbers.tolist() == list(range(COUNT)) and found.period == pytest.approx(PERIOD, rel=1e-3)
@@ -65,6 +78,25 @@ def test_a_loop_that_is_as_uneven_as_its_stamps_is_none():
     stamps = packets(5, 0.002, 1e-4, seed=4)[0]
     assert found_in(stamps) is not None
     assert found_in(stamps, np.sin(3.0 * stamps)) is None
+
+
+@pytest.mark.parametrize("noise", [0.004, 0.0])
+def test_a_clean_tilt_tells_an_uneven_loop_where_noisy_or_resting_wheels_do_not(noise):
+    wheel = noise * np.random.default_rng(7).standard_normal(COUNT)
+    of_even_loop, of_uneven_loop = (0.05 * np.sin(3.0 * times) for times in (0.02 * np.arange(COUNT), UNEVEN))
+    signals = {"wheel_angle": wheel, "tilt": of_even_loop}
+    assert bunches_of(UNEVEN, signals, np.column_stack([UNEVEN, wheel, of_even_loop])) is not None
+    signals["tilt"] = of_uneven_loop
+    assert bunches_of(UNEVEN, signals, np.column_stack([UNEVEN, wheel, of_uneven_loop])) is None
+
+
+@pytest.mark.parametrize("moving", ["wheel_angle", "tilt"])
+def test_a_log_that_is_seen_for_the_first_time_is_evened_unless_its_loop_is_uneven(moving, tmp_path):
+    path = tmp_path / "log.csv"
+    for times in (0.02 * np.arange(COUNT), UNEVEN):
+        path.write_text(text(np.column_stack([UNEVEN, 0.3 * np.sin(3.0 * times)]), names=("time", moving)))
+        steps = np.diff(seconds_of(all_columns(path)))
+        assert steps == pytest.approx(np.diff(UNEVEN) if times is UNEVEN else 0.02, rel=1e-3)
 
 
 def test_rows_that_are_written_twice_and_long_pauses_are_none():

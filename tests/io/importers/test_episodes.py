@@ -81,6 +81,23 @@ def test_a_log_without_tilt_is_one_of_its_gyro_and_says_what_it_does_not_tell(br
     )
 
 
+def test_a_log_without_tilt_may_have_a_row_between_two_gaps(brought):
+    rows = columns(600)
+    rows[300:, 0] += 1.0
+    rows[301:, 0] += 1.0
+    imported = brought(rows, "import.quantities.tilt=null")
+    assert [len(episode.observations) for episode in imported.episodes] == [300, 299]
+    assert "1 part without a gap of at most 1 samples: too short, left out" in imported.notes
+
+
+def test_what_is_skipped_of_a_log_without_tilt_leaves_the_rest_as_it_is(brought):
+    carried = ROWS.copy()
+    carried[:100, 2] += 3.0
+    rest = ROWS[100:, 1] - np.polyval(np.polyfit(ROWS[100:, 0], ROWS[100:, 1], 1), ROWS[100:, 0])
+    episode = only(brought(carried, "import.quantities.tilt=null", "import.skip=1"))
+    assert episode.tilt == pytest.approx(rest, abs=1e-4)
+
+
 def test_rows_of_a_log_without_tilt_that_come_twice_are_seen(brought):
     rng = np.random.default_rng(5)
     noisy = ROWS + np.round(0.01 * rng.standard_normal(ROWS.shape), 4) * (np.arange(8) > 0)

@@ -1,4 +1,4 @@
-"""A tilt that a log lacks, worked out of its gyro and accelerometer; and a diagnosis that reads such a log."""
+"""A tilt that a log lacks, worked out of its gyro and accelerometer."""
 
 import numpy as np
 import pytest
@@ -28,6 +28,24 @@ def test_the_sum_of_a_biased_gyro_is_the_tilt_but_for_its_mean_and_trend():
     expected = tilt(TIMES) - np.polyval(np.polyfit(TIMES, tilt(TIMES), 1), TIMES)
     assert found == pytest.approx(expected, abs=1e-3)
     assert abs(found.mean()) < 1e-12
+
+
+def test_the_mean_and_trend_are_those_of_the_samples_that_count():
+    carried = rate(TIMES) + 3.0 * (TIMES < 2.0)
+    found = tilt_by_gyro({"tilt_rate": carried}, PERIOD, 200)[200:]
+    expected = tilt(TIMES[200:]) - np.polyval(np.polyfit(TIMES[200:], tilt(TIMES[200:]), 1), TIMES[200:])
+    assert found == pytest.approx(expected, abs=1e-3)
+
+
+@pytest.mark.parametrize(("rows", "first"), [(1, 0), (1, 1), (5, 4)])
+def test_too_few_samples_for_a_trend_have_a_tilt_of_0(rows, first):
+    assert tilt_by_gyro({"tilt_rate": np.ones(rows)}, PERIOD, first).tolist() == [0.0] * rows
+
+
+def test_one_sample_has_the_tilt_of_its_accelerometer():
+    lean = np.array([0.1])
+    signals = {"tilt_rate": lean, "accelerometer_forward": -np.sin(lean), "accelerometer_up": np.cos(lean)}
+    assert tilt_by_gyro(signals, PERIOD) == pytest.approx(lean)
 
 
 def test_a_filter_of_gyro_and_accelerometer_is_its_differential_equation():

@@ -293,7 +293,7 @@ def _imported(files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenanc
     names = _names(files)
     for file, name in zip(with_progress(files, "files", len(files)), names, strict=True):
         try:
-            its_own = f"{provenance.config}imported_from: {json.dumps(name)}\n"  # a run of the robot of its own
+            its_own = f"{provenance.config}imported_from: {json.dumps(name, ensure_ascii=False)}\n"  # a run of its own
             imported = import_file(
                 file, mapping, wanted, replace(provenance, trial=len(found.episodes), config=its_own)
             )

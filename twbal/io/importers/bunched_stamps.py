@@ -16,7 +16,7 @@ from twbal.core.gaussian import Array, Mask
 _WINDOW = 200  # rows over which the mean step is taken; their median is not that of pauses
 _SHORT = 0.3  # mean steps below which a step is within a bunch
 _MANY = 1 / 3  # of the steps that are so short, from which stamps come in bunches, and are not late now and then
-_FEWEST = 10  # bunches by which that is judged
+_FEWEST = 10  # bunches, and changes of an angle, by which that is judged
 _BACKWARD = 0.01  # share of the steps at which time may run backwards
 _EVENLY = 0.5  # of what an angle changes over a long step, from which it changes over short ones as an even loop's does
 _LAG = 50  # bunches from which to which a first period is taken
@@ -55,8 +55,8 @@ class Bunches(NamedTuple):
 def bunches_of(stamps: Array, signals: Mapping[str, Array], rows: Array) -> Bunches | None:
     """The bunches of a log; None where its stamps do not come in bunches.
 
-    They do where a third of the steps are far shorter than the mean, while the angles change by as much over these as
-    over the others: a loop that is as uneven as its stamps is none. Nor are rows that are written twice.
+    They do where a third of the steps are far shorter than the mean, while all angles that move change by as much over
+    these as over the others: a loop that is as uneven as its stamps is none. Nor are rows that are written twice.
 
     Args:
         stamps: of all rows (n,) [s].
@@ -77,20 +77,21 @@ def bunches_of(stamps: Array, signals: Mapping[str, Array], rows: Array) -> Bunc
 
 
 def _is_even(short: Mask, steps: Array, signals: Mapping[str, Array]) -> bool:
-    """Whether an angle changes over the short steps as it does over the others that are no pauses."""
-    angle = next((signals[name] for name in _ANGLES if name in signals), None)
-    if angle is None:
-        return True
-    changes = np.abs(np.diff(angle))
+    """Whether all angles that move change over the short steps as they do over the others that are no pauses.
+
+    A noisy angle does so in an uneven loop, too; one that is clean does not.
+    """
     usual = ~short & (steps >= 0.0) & (steps < 2.0 * np.median(steps[~short]))
-    return bool(changes[short].mean() >= _EVENLY * changes[usual].mean())
+    changes = [np.nan_to_num(np.abs(np.diff(signals[name]))) for name in _ANGLES if name in signals]
+    moving = [each for each in changes if np.count_nonzero(each) >= _FEWEST]
+    return all(bool(each[short].mean() >= _EVENLY * each[usual].mean()) for each in moving)
 
 
 def _numbered(stamps: Array, last: NDArray[np.int64], parts: NDArray[np.int64]) -> Bunches:
     """The bunches, of which `last` are the last rows."""
     arrivals, counts = stamps[last], np.diff(last, prepend=-1)
     part_of = np.searchsorted(parts, last, side="right")
-    lag = min(_LAG, len(last) // 2)
+    lag = min(_LAG, max(int(np.bincount(part_of).max()) // 2, 1))  # which the longest part has
     together = part_of[lag:] == part_of[:-lag]
     period = float(np.median(((arrivals[lag:] - arrivals[:-lag]) / (last[lag:] - last[:-lag]))[together]))
     numbers, lines = last.astype(np.int64), [np.flatnonzero(part_of == k) for k in range(len(parts) + 1)]

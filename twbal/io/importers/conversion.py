@@ -91,7 +91,8 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
     notes = [*columns.notes, *notes, *more]
     if "tilt" not in signals:
-        parts = [{**part, "tilt": tilt_by_gyro(part, period.of(1, wanted.period))} for part in parts]
+        step = period.of(1, wanted.period)
+        parts = [{**part, "tilt": tilt_by_gyro(part, step, _skipped(part, mapping))} for part in parts]
         notes.append(_ABOUT_TILT[mapping.measures_tilt])
     every = _every(path, period.of(1), wanted.period)
     least = max(wanted.min_length, 4 * every)
@@ -260,9 +261,7 @@ def _episode(
     estimated: list[Estimated] = []
 
     def rate_of(name: str, values: Array) -> Array:
-        from twbal.io.importers.smoother import (
-            smooth,  # compiled: takes half a second to load, and most logs have rates
-        )
+        from twbal.io.importers.smoother import smooth  # compiled, loads slowly: most logs have rates
 
         smoothed = smooth(values, period)
         estimated.append(Estimated(name, smoothed.rate_sd))

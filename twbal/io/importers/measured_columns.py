@@ -34,7 +34,11 @@ def seconds_of(columns: Sequence[Column]) -> Array | None:
         return None
     factor = UNITS["s"][unit_of("time", time[0]).unit]
     stamps = factor * unwrapped(time[0].values, time_wrap(time[0].values))
-    bunches = bunches_of(stamps, {}, np.column_stack([column.values for column in columns]))
+    path, tilt = wheel_path(columns), choose("tilt", columns).columns
+    angles = {"wheel_angle": path.values} if path else {}
+    if tilt:
+        angles["tilt"] = tilt[0].values
+    bunches = bunches_of(stamps, angles, np.column_stack([column.values for column in columns]))
     return stamps if bunches is None else bunches.times(stamps, bunches.period)
 
 
