@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "effects.md"
 COUNTS = {
     "README.md": r"out of \[(\d+)\]\(docs/effects\.md\)",
-    "docs/concepts.md": r"It weighs (\d+) physical effects",
+    "docs/concepts.md": r"It knows (\d+) physical effects",
     "docs/diagnose.md": r"the (\d+) \*effects\* of \[effects\.md\]",
 }
 """The words about the number of effects by the page, with blanks for ends of lines."""

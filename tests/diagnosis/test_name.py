@@ -47,7 +47,7 @@ MISSING = {
 
 
 def diagnose(robot, recordings, effects=None, candidates=None):
-    chosen = candidates_for(robot) if candidates is None else candidates
+    chosen = candidates_for(robot, tuple(MISSING)) if candidates is None else candidates
     return name_effects(recordings, robot, effects or {}, chosen, SETTINGS)
 
 

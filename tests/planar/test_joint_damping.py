@@ -21,5 +21,5 @@ def test_joints_without_viscous_friction_are_not_damped(paper):
 
 @pytest.mark.parametrize(("rate", "substeps"), [(0.0, 10), (10.0, 10), (267.0, 42), (1e9, 200)])
 def test_stiff_joints_take_more_physics_steps(rate, substeps):
-    usual = Settings(*[None] * 2, 10, *[None] * 9)
+    usual = Settings(*[None] * 2, 10, *[None] * 10)
     assert usual.for_period(0.031, rate).substeps == substeps

@@ -1,5 +1,8 @@
 """What the effects of the simulation tell a diagnosis."""
 
+from collections.abc import Sequence
+
+from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.effects.effect import Effect
@@ -10,9 +13,23 @@ _FASTEST = 0.4
 """Of frequencies, times the control period: samples hardly tell a faster one from one below half their rate."""
 
 
-def candidates_for(robot: RobotParameters) -> tuple[Candidate, ...]:
-    """All effects that may be missing in a robot's simulation, with their ranges in its size."""
-    return tuple(_candidate(name, kind, robot) for name, kind in library().items())
+def candidates_for(robot: RobotParameters, include: Sequence[str] = ()) -> tuple[Candidate, ...]:
+    """All effects that may be missing in a robot's simulation, with their ranges in its size.
+
+    Args:
+        robot: data sheet.
+        include: names of effects that are weighed although they are only where that is asked for.
+
+    Raises:
+        ConfigError: one of these is no effect.
+    """
+    known = library()
+    if unknown := set(include) - set(known):
+        listed = ", ".join(name for name, kind in known.items() if kind.weighed_if_asked)
+        raise ConfigError(f"There is no effect {min(unknown)!r} to include; those that are weighed if asked: {listed}.")
+    return tuple(
+        _candidate(name, kind, robot) for name, kind in known.items() if not kind.weighed_if_asked or name in include
+    )
 
 
 def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candidate:

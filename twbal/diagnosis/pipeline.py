@@ -116,7 +116,7 @@ def diagnose_episodes(
     name = identify_friction if in_air else name_effects
 
     def search(recordings: Sequence[Recording]) -> Findings:
-        candidates = candidates_for(simulated.robot)
+        candidates = candidates_for(simulated.robot, settings.include)
         return name(recordings, simulated.robot, simulated.effects, candidates, settings, progress)
 
     found, split, loss = without_lost_commands(search(split.fitted), split, search, progress)

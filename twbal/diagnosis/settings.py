@@ -119,6 +119,7 @@ class Settings:
         shortlist: candidates that are fitted in each round.
         common_effects: names of effects that most robots have: a search begins with all of these at once too.
         exclude: names of effects that are known not to be there.
+        include: names of effects that are weighed although they are only where that is asked for.
         max_effects: that are named together, at most.
         tempered_search: whether a search by a tempered likelihood follows, where the first leaves a doubt.
         prior: probability that an effect is missing, before anything was recorded.
@@ -135,6 +136,7 @@ class Settings:
     shortlist: int
     common_effects: Sequence[str]
     exclude: Sequence[str]
+    include: Sequence[str]
     max_effects: int
     tempered_search: bool
     prior: float

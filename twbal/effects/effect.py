@@ -84,6 +84,7 @@ class Effect(ABC):
             depend on its order.)
         diagnosed_separately: whether a diagnosis asks for it apart from all other effects, so that the planar model
             passes it over.
+        weighed_if_asked: whether a diagnosis weighs it only where its settings ask for it, as others look like it.
     """
 
     place: ClassVar[Place]
@@ -95,6 +96,7 @@ class Effect(ABC):
     separate_by: ClassVar[str]
     is_last: ClassVar[bool] = False
     diagnosed_separately: ClassVar[bool] = False
+    weighed_if_asked: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Raise ConfigError where a parameter has a value that cannot be."""

@@ -24,6 +24,7 @@ class GearEfficiency(JointTorqueEffect):
         "improved proprioceptive control, IEEE International Conference on Robotics and Automation, 2015, 1055-1062."
     )
     is_linear = False
+    weighed_if_asked = True
     nearly_same_as = ("coulomb_friction", "torque_gain")
     separate_by = "Hold the robot by the wheels with and without a load, and turn them both ways."
 

@@ -49,6 +49,7 @@ DIAGNOSIS = (
     Setting("diagnosis.shortlist", Whole(1, 1000), "number of candidates that are fitted in each round"),
     Setting("diagnosis.common_effects", _EFFECTS, "effects that a search also begins with"),
     Setting("diagnosis.exclude", _EFFECTS, "effects that are known not to be there", common=True),
+    Setting("diagnosis.include", _EFFECTS, "effects that are weighed only where asked"),
     Setting("diagnosis.max_effects", Whole(1, 100), "number of effects that are named, at most", common=True),
     Setting("diagnosis.tempered_search", YesNo(), "two other searches where a doubt is left"),
     Setting("diagnosis.prior", Number(1e-6, 0.999999), "probability of an effect before anything was recorded"),
