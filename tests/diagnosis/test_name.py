@@ -7,6 +7,7 @@ from omegaconf import OmegaConf
 from synthetic_recordings import synthetic_recording
 
 from twbal.cli.conf_folder import conf_folder
+from twbal.core.errors import ConfigError
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
@@ -103,6 +104,13 @@ def test_what_settings_leave_out_is_said_where_nothing_explains_the_data(paper):
     found = name_effects([recording], paper, {}, few, settings)
     assert found.verdict is Verdict.UNKNOWN
     assert "Not weighed, as the settings leave them out (diagnosis.exclude): com offset, motor lag." in found.advice
+
+
+def test_gears_with_an_efficiency_are_weighed_where_that_is_asked_for(paper):
+    usual, asked = ({each.name for each in candidates_for(paper, names)} for names in ((), ("gear_efficiency",)))
+    assert asked - usual == {"gear_efficiency"}
+    with pytest.raises(ConfigError, match=r"no effect 'gears' to include; .* if asked: gear_efficiency\."):
+        candidates_for(paper, ["gears"])
 
 
 @pytest.mark.slow
