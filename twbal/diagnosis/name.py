@@ -184,8 +184,7 @@ def _further_effects(
     beside = [step.scored for step in selection.rounds if step.base.names == chosen.names and step.scored]
     scored = beside[-1] if beside else score_candidates(data, chosen.fit, left)
     power = detection_power(scored, chosen, data, temperature, log_prior_odds(problem.settings))
-    temperature = problem.settings.temperature
-    null = null_distribution(data, chosen, left, extent.along(), temperature, chosen.autocorrelation)
+    null = null_distribution(data, chosen, left, extent.along(), 1.0, chosen.autocorrelation)
     return power, null_score(data, null, scored, chosen)
 
 

@@ -13,8 +13,8 @@ searched: the largest of as many independent planes as S. O. Rice's rate of upcr
 Journal 24, 1945, 46-156): about three for each period that the recordings tell apart.
 
 Errors of real robots stay autocorrelated, and gain more by as much; a score is a gain, less the penalty, over the
-residual autocorrelation. And a robot's form of an effect is never ours: what that leaves gains, too. So gains are
-multiplied by the temperature, by which the probabilities of sets divide them. Of an effect with several parameters
+residual autocorrelation. And a robot's form of an effect is never ours: what that leaves gains, too. So for least scores
+gains are multiplied by the temperature, by which the probabilities of sets divide them. Of an effect with several parameters
 only the first one is moved, so what chance makes of the others is left out.
 """
 
@@ -49,10 +49,13 @@ class NullDistribution(NamedTuple):
     Attributes:
         effects: (n,) of the best effect.
         data_sheet: (n,) of the best value of the data sheet.
+        gains: by name of an effect that is no wave, what the recorded errors gain in the same way, over their
+            autocorrelation.
     """
 
     effects: Array
     data_sheet: Array
+    gains: Mapping[str, float]
 
     def exceeded_with(self, probability: float) -> LeastScores:
         """Scores that the best candidate exceeds with a probability; none is worth its penalty below a score of 0."""
@@ -66,10 +69,17 @@ class _Directions(NamedTuple):
     Attributes:
         candidate: which.
         rows: (m, N + P), of the errors and of the priors of what is free.
+        recorded: (m,) projections of the recorded errors on these, against the direction of a positive size.
     """
 
     candidate: Candidate
     rows: Array
+    recorded: Array
+
+    def gain(self, projections: Array) -> Array:
+        """Gains (n,) by projections on the directions (n, m): a positive size answers errors against it."""
+        kept = projections if _has_two_sides(self.candidate.parameters[0]) else np.maximum(projections, 0.0)
+        return np.asarray((kept**2).max(axis=1))
 
 
 def null_distribution(
@@ -104,22 +114,22 @@ def null_distribution(
         root = np.linalg.cholesky(rows @ rows.T + _JITTER * np.eye(len(rows)))
         drawn = generator.standard_normal((_DRAWS, len(rows))) @ root.T
         begin = 0
-        for candidate, own in known:
-            projections = drawn[:, begin : begin + len(own)]
-            begin += len(own)
-            if not _has_two_sides(candidate.parameters[0]):
-                projections = np.maximum(projections, 0.0)
-            add(candidate, (projections**2).max(axis=1))
+        for each in known:
+            add(each.candidate, each.gain(drawn[:, begin : begin + len(each.rows)]))
+            begin += len(each.rows)
     for candidate in candidates:
         if candidate.is_wave:
             add(candidate, _largest_of_planes(_planes(candidate, along), generator.random(_DRAWS)))
-    return NullDistribution(best[False], best[True])
+    gains = {each.candidate.name: float(each.gain(each.recorded[None])[0]) / autocorrelation for each in known}
+    return NullDistribution(best[False], best[True], gains)
 
 
 def null_score(
     data: Data, null: NullDistribution, scored: Sequence[ScoredCandidate], beside: FittedHypothesis
 ) -> NullScore | None:
     """What the best effect scores beside a set, and how often chance alone makes one score more; None of no effects.
+
+    To first order, as the null distribution; of waves by their fit.
 
     Args:
         data: recordings.
@@ -128,7 +138,8 @@ def null_score(
         beside: the set.
     """
     scores = {
-        each.candidate.name: (each.gain - bic_penalty([each.candidate], data.count)) / beside.autocorrelation
+        each.candidate.name: null.gains.get(each.candidate.name, max(each.gain, 0.0) / beside.autocorrelation)
+        - bic_penalty([each.candidate], data.count) / beside.autocorrelation
         for each in scored
         if not each.candidate.in_data_sheet
     }
@@ -151,6 +162,8 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
     weights = weights_of(data, fit.kalman, errors)
     slopes = in_threads(lambda free: slopes_by(free, data, fit.model, fit.kalman, errors), fit.free_parameters)
     J = np.array([whitened(fit.kalman, weights, each) for each in slopes])  # (P, N)
+    shifts = [(fit.model.value(free.field) - free.mean) / free.sd for free in fit.free_parameters]
+    recorded = np.append(whitened(fit.kalman, weights, errors), np.nan_to_num(shifts))  # without a prior: none
     priors = np.diag([1.0 / free.sd + _RIDGE / (free.high - free.low) for free in fit.free_parameters])
     taken = np.linalg.qr(np.hstack([J, priors]).T)[0].T  # orthonormal rows
 
@@ -168,7 +181,8 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
             length, whole = np.linalg.norm(left), np.linalg.norm(change)
             if length > _ALONE * whole:
                 rows.append(left / length)
-        return _Directions(candidate, np.array(rows).reshape(len(rows), taken.shape[1]))
+        own_rows = np.array(rows).reshape(len(rows), taken.shape[1])
+        return _Directions(candidate, own_rows, -own_rows @ recorded)
 
     return in_threads(of, [candidate for candidate in candidates if not candidate.is_wave])
 
