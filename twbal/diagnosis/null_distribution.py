@@ -13,9 +13,9 @@ searched: the largest of as many independent planes as S. O. Rice's rate of upcr
 Journal 24, 1945, 46-156): about three for each period that the recordings tell apart.
 
 Errors of real robots stay autocorrelated, and gain more by as much; a score is a gain, less the penalty, over the
-residual autocorrelation. And a robot's form of an effect is never ours: what that leaves gains, too. So for least scores
-gains are multiplied by the temperature, by which the probabilities of sets divide them. Of an effect with several parameters
-only the first one is moved, so what chance makes of the others is left out.
+residual autocorrelation. And a robot's form of an effect is never ours: what that leaves gains, too. So for least
+scores gains are multiplied by the temperature, by which the probabilities of sets divide them. Of an effect with
+several parameters only the first one is moved, so what chance makes of the others is left out.
 """
 
 from collections.abc import Mapping, Sequence
