@@ -74,6 +74,17 @@ def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     assert select.substitutes(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
 
 
+@pytest.mark.parametrize(("model", "is_kept"), [(MODEL, False), (AT_BOUND, True)])
+def test_a_selection_ends_with_the_best_fit_of_its_set(model, is_kept):
+    """But not with one that ran to a bound."""
+    again = hypothesis(520.0, "backlash", "dead_zone", model=model)
+    frees = tuple(free for each in again.candidates for free in each.free_parameters)
+    again = again._replace(fit=again.fit._replace(free_parameters=frees))
+    other = hypothesis(530.0, "backlash", "motor_lag")
+    found = select.Selection(BASE, (Round(again, [], [other]),), CHOSEN).best_fitted
+    assert found.chosen is (CHOSEN if is_kept else again)
+
+
 def test_what_does_far_better_or_swallows_the_commands_does_not_as_well():
     others = [
         hypothesis(720.0, "backlash", "actuation_delay"),

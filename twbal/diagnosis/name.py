@@ -204,7 +204,7 @@ def _search(problem: Problem, base: FittedHypothesis, progress: Callable[[str], 
         if not (is_kept and again.chosen.at_bound):
             selection = again
     selection = grown(problem, selection, progress)
-    return with_likeliest(problem, selection, probabilities(selection, settings), progress)
+    return with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
 
 
 def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:

@@ -40,6 +40,16 @@ class Selection(NamedTuple):
                 best[w.names] = w
         return tuple(best.values())
 
+    @property
+    def best_fitted(self) -> "Selection":
+        """The same with the best fit of its set of effects, but for one with a parameter at a bound where it has none.
+
+        Searches come to one set in several ways, and fits from other starts may end in another optimum.
+        """
+        own = (w for w in self.sets if w.names == self.chosen.names)
+        best = min(own, key=lambda w: w.bic, default=self.chosen)
+        return self if best.at_bound and not self.chosen.at_bound else self._replace(chosen=best)
+
 
 class Problem(NamedTuple):
     """What a selection works on.
