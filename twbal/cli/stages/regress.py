@@ -123,7 +123,7 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     model, policy = load_model(folder / MODEL).model, load_searched_policy(folder / POLICY, channels.names)
     cost, pose, recipe = instantiate(cfg.cost), instantiate(cfg.start), instantiate(cfg.model)
     real = [*logs["real"], *logs["held_out"]]
-    candidates = candidates_for(robot)
+    candidates = candidates_for(robot, tuple(library()))
     effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
     limits = cfg.recordings
     usability = Usability(limits.min_length, limits.min_samples, limits.max_yaw_rate, limits.max_tilt)
