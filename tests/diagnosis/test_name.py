@@ -8,6 +8,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.errors import ConfigError
+from twbal.diagnosis import name as naming
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
@@ -111,6 +112,8 @@ def test_gears_with_an_efficiency_are_weighed_where_that_is_asked_for(paper):
     assert asked - usual == {"gear_efficiency"}
     with pytest.raises(ConfigError, match=r"no effect 'gears' to include; .* if asked: gear_efficiency\."):
         candidates_for(paper, ["gears"])
+    left = naming._missing(candidates_for(paper), {}, replace(SETTINGS, exclude=["gear_efficiency", "dead_zone"]))
+    assert usual - {each.name for each in left} == {"dead_zone"}
 
 
 @pytest.mark.slow

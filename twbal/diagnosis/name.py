@@ -57,6 +57,7 @@ from twbal.diagnosis.verdict import (
     shifts_of,
     temperature_of,
 )
+from twbal.effects.library import library
 from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel
@@ -231,7 +232,7 @@ def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent
 
 def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settings) -> list[Candidate]:
     """Those that the simulation does not have and that are not left out; for errors see `name_effects`."""
-    unknown = set(settings.exclude) - {candidate.name for candidate in candidates}
+    unknown = set(settings.exclude) - {*library(), *(candidate.name for candidate in candidates)}
     if unknown:
         known = ", ".join(candidate.name for candidate in candidates)
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
