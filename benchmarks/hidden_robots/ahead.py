@@ -113,7 +113,7 @@ def pilco_ahead(results: Mapping[str, Any]) -> list[str]:
             for what in ("updates", "seconds")
         )
         is_far = updates > UPDATES or driven - seconds > SECONDS
-        is_ahead = (won == 10 and is_far) or driven - later > SECONDS
+        is_ahead = (won == 10 and is_far) or updates - 1 > UPDATES or driven - later > SECONDS
         lines.append(
             f"| `{robot['family']}` {robot['robot']} | {robot['updates']}, {robot['seconds']:.1f} s "
             f"| {updates:.0f}, {driven:.1f} s | {seconds:.1f} s | {won:.0f} of 10 | {later:.1f} s "
