@@ -29,7 +29,7 @@ from twbal.core.plant import Plant
 from twbal.core.robot_parameters import parameter_hash
 from twbal.diagnosis.inputs import DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.pipeline import diagnose_episodes
-from twbal.diagnosis.usability import FEW_DATA, RIGHT_AWAY
+from twbal.diagnosis.usability import FEW_DATA, ONE_RUN_TOLERANCES
 from twbal.effects.library import values_of
 from twbal.io.checkpoint import checkpoint_hash
 from twbal.link.frozen_sensors import FrozenSensors
@@ -191,7 +191,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         own = DiagnosedSimulation(self._robot, values_of(setup.simulation.effects), setup.simulation.physics_step)
         names = [f"trial {episode.provenance.trial}" for episode in episodes]
         data = replace(setup.diagnosis_data, **FEW_DATA._asdict(), next_experiment=False, free_form=False)
-        settings = replace(setup.diagnosis, tolerances=replace(setup.diagnosis.tolerances, **RIGHT_AWAY))
+        settings = replace(setup.diagnosis, tolerances=replace(setup.diagnosis.tolerances, **ONE_RUN_TOLERANCES))
         result = diagnose_episodes(
             NamedEpisodes(episodes, names), NamedEpisodes((), ()), own, settings, data, self._say
         )

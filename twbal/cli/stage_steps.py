@@ -33,7 +33,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import CheckpointError, DataError
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share
-from twbal.diagnosis.usability import FEW_DATA, RIGHT_AWAY
+from twbal.diagnosis.usability import FEW_DATA, ONE_RUN_TOLERANCES
 from twbal.virtual_robot.process import KeptRobots
 
 _SAVED, _RANDOM = {"policy": "saved"}, {"policy": "random"}
@@ -155,7 +155,7 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     def diagnose(self, place: Path, rollouts: Sequence[Path]) -> CorrectedSimulation[Path]:
         """A call of diagnose."""
         overrides = {"episodes": list(rollouts), **FEW_DATA._asdict(), "next_experiment": False, "free_form": False}
-        overrides |= {f"diagnosis.tolerances.{name}": value for name, value in RIGHT_AWAY.items()}
+        overrides |= {f"diagnosis.tolerances.{name}": value for name, value in ONE_RUN_TOLERANCES.items()}
         self._chain.run(StageCall("diagnose", place, overrides))
         return CorrectedSimulation(place / AUGMENTED, self.closed(place))
 

@@ -163,7 +163,7 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
     slopes = in_threads(lambda free: slopes_by(free, data, fit.model, fit.kalman, errors), fit.free_parameters)
     J = np.array([whitened(fit.kalman, weights, each) for each in slopes])  # (P, N)
     shifts = [(fit.model.value(free.field) - free.mean) / free.sd for free in fit.free_parameters]
-    recorded = np.append(whitened(fit.kalman, weights, errors), np.nan_to_num(shifts))  # without a prior: none
+    recorded = np.append(whitened(fit.kalman, weights, errors), shifts)
     priors = np.diag([1.0 / free.sd + _RIDGE / (free.high - free.low) for free in fit.free_parameters])
     taken = np.linalg.qr(np.hstack([J, priors]).T)[0].T  # orthonormal rows
 

@@ -18,7 +18,7 @@ class Amount(NamedTuple):
     min_samples: int
 
 
-RIGHT_AWAY: dict[str, Any] = {"battery": 0.0, "floor_slope": 0.0}
+ONE_RUN_TOLERANCES: dict[str, Any] = {"battery": 0.0, "floor_slope": 0.0}
 """Tolerances for such rollouts: of one robot, whose battery and floor hardly change in the minutes that they take."""
 
 FEW_DATA = Amount(min_length=15, min_samples=150)
