@@ -11,6 +11,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import hold, standing
@@ -37,14 +38,14 @@ def turning_recording(robot, effects, seed, periods):
     s, commands, rows, places = standing(k, 0.02, 0.0, 0.0, 0.0), np.zeros(periods), [], []
     imu = imu_settled(k, s, 2 * SUBSTEPS)
     for n in range(periods + 1):
-        rows.append(np.array(read_sensors(planar, k, s, imu, n * SUBSTEPS, 0.0)) + levels * rng.standard_normal(4))
+        rows.append(np.array(read_sensors(planar, k, s, imu, n * SUBSTEPS, 0.0, 0.0)) + levels * rng.standard_normal(4))
         places.append([s.x, s.y])
         if n < periods:
             tilt, rate, _, wheel_rate = rows[-1]
             speed = robot.wheel_radius * (wheel_rate + rate)
             commands[n] = extra[n] - gain @ [tilt, rate, speed - speeds[n]]
             turning = turning_at(0.5 * (yaw_rate[n] + yaw_rate[n + 1]), heading[n])
-            s = hold(planar, k, s, commands, n, SUBSTEPS, turning, imu)
+            s = hold(planar, k, s, commands, n, SUBSTEPS, turning, imu, EVEN)
     usable = np.ones(periods + 1, bool)
     recording = Recording(
         f"turning {seed}", robot.control_period, commands, np.array(rows), yaw_rate, usable, np.ones(4, bool)

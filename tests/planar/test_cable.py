@@ -11,6 +11,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import InitialState
 from twbal.effects.cable_spring import CableSpring
 from twbal.effects.effect import assemble
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import constants
 from twbal.planar.motion import step
 from twbal.planar.parameters import planar_parameters
@@ -76,7 +77,7 @@ def test_a_control_period_turns_as_its_physics_steps_do(paper):
     s = start
     for i in range(20):
         s = step(planar, k, s, 1.0, i * h, turning_at(rate, heading + i * h * rate))
-    held = hold(planar, k, start, np.ones(1), 0, 20, turning_at(rate, heading), imu_settled(k, start, 40))
+    held = hold(planar, k, start, np.ones(1), 0, 20, turning_at(rate, heading), imu_settled(k, start, 40), EVEN)
     assert held[:4] == pytest.approx(s[:4], abs=1e-12)
     assert (held.x, held.y) == pytest.approx((s.x, s.y), abs=1e-12)
 
@@ -84,7 +85,7 @@ def test_a_control_period_turns_as_its_physics_steps_do(paper):
 def test_a_robot_that_drives_straight_is_at_its_position(paper):
     planar = planar_parameters(paper, {})
     k, s = constants(planar, 1e-3), REST._replace(wheel_speed=3.0)
-    s = hold(planar, k, s, np.ones(1), 0, 20, turning_at(0.0, 0.0), imu_settled(k, s, 40))
+    s = hold(planar, k, s, np.ones(1), 0, 20, turning_at(0.0, 0.0), imu_settled(k, s, 40), EVEN)
     assert (s.x, s.y) == (s.position, 0.0)
 
 

@@ -14,6 +14,7 @@ from twbal.effects.dead_zone import DeadZone
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.torque_gain import TorqueGain
 from twbal.effects.viscous_friction import ViscousFriction
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import constants
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import planar_parameters
@@ -89,7 +90,8 @@ def gaps(robot, name, start, physics_step, drive):
                 tilt_rate=seen.tilt_rate,
                 wheel_speed=seen.wheel_rate + seen.tilt_rate,
             )
-            state = hold(planar, k, state, np.array(commands), len(rows), substeps, STRAIGHT, np.zeros((substeps, 3)))
+            imu = np.zeros((substeps, 3))
+            state = hold(planar, k, state, np.array(commands), len(rows), substeps, STRAIGHT, imu, EVEN)
             seen = plant.step(command)
             rate = state.wheel_speed - state.tilt_rate
             rows.append([state.tilt - seen.tilt, state.tilt_rate - seen.tilt_rate, rate - seen.wheel_rate])

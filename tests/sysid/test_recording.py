@@ -2,12 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.signal import lfilter
 
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.core.time_base import evened
 from twbal.sysid.recording import (
+    UnevenLoop,
     Usability,
     check_episodes,
     differenced_rates,
@@ -180,7 +180,7 @@ def test_recordings_of_a_robot_that_lies_are_refused_with_when_and_why(paper):
         read_recordings([episode(channel=1, value=1.0)], ["run0"], paper, Usability(0, 0, 1.5, 0.6))
 
 
-def tilt_filter(times, rates, directions, time_constant):
+def tilt_filter(times, rates, directions, time_constant, tilt):
     """A complementary filter as firmware has it: rectangles of the gyro, and the direction that its accelerometer sees.
 
     Args:
@@ -188,8 +188,9 @@ def tilt_filter(times, rates, directions, time_constant):
         rates: (T + 1,) readings of the gyro [rad/s].
         directions: (T,) mean over each step [rad].
         time_constant: [s].
+        tilt: that it begins with [rad].
     """
-    tilts = [0.0]
+    tilts = [tilt]
     for elapsed, rate, direction in zip(np.diff(times), rates[1:], directions, strict=True):
         share = elapsed / (time_constant + elapsed)
         tilts.append((1.0 - share) * (tilts[-1] + elapsed * rate) + share * direction)
@@ -197,36 +198,73 @@ def tilt_filter(times, rates, directions, time_constant):
 
 
 @pytest.mark.parametrize("shaking", [2.0, 8.0])
-def test_a_filtered_tilt_of_an_uneven_loop_is_what_an_even_one_would_have_shown(shaking):
-    """A body that swings, and is shaken by torques that change with each command [rad/s²]."""
+def test_a_filtered_tilt_of_an_uneven_loop_is_what_a_sum_over_even_periods_would_have_shown(shaking):
+    """A body that swings, and is shaken by torques that change with each command [rad/s²].
+
+    What a sum over even periods shows at an uneven instant is that of an even loop which is shifted to this instant.
+    """
     period, time_constant, rng = 0.01, 0.5, np.random.default_rng(3)
     instants = period * np.arange(1201)
     late = 0.1 * period * np.clip(rng.standard_normal(1201), -3.0, 3.0)
     late[0] = 0.0
     times = instants + late
-    fine = np.linspace(0.0, max(times[-1], instants[-1]), 400_001)
+    fine = np.linspace(-period, times[-1] + period, 400_001)
     pushes = shaking * np.diff(rng.uniform(-1.0, 1.0, 1202))
     acting = pushes[np.clip(np.searchsorted(times, fine, side="right") - 1, 0, 1200)]
-    step = fine[1]
+    step = fine[1] - fine[0]
     rate = 0.7 * np.cos(7.0 * fine) + np.cumsum(acting) * step
     tilt, along = np.cumsum(rate) * step, 0.02 * rate  # the IMU sits 0.2 m above the axle: v = 0.02 g θ̇
 
     def seen(loop):
         rates, speeds, tilts = (np.interp(loop, fine, values) for values in (rate, along, tilt))
         directions = tilts[1:] - np.arctan(np.diff(speeds) / np.diff(loop))  # of gravity and acceleration [g]
-        return rates, tilt_filter(loop, rates, directions, time_constant)
+        return rates, tilt_filter(loop, rates, directions, time_constant, tilts[0])
 
-    (rates, tilts), (_, expected) = seen(times), seen(instants)
-    values = np.column_stack([tilts, rates])
-    even = evened(times, values, pushes[:-1], period, [0], [1], uneven=True)
-    kept = np.exp(-period / time_constant)
-    made_up = even.values[:, 0] - lfilter([1.0], [1.0, -kept], uneven_sum(even, tilts, rates, period))
-    before, after = (np.sqrt(np.mean((each - expected)[10:] ** 2)) for each in (even.values[:, 0], made_up))
-    assert after < 0.35 * before
+    shifts = period * np.linspace(-0.3, 0.3, 25)
+    shifted = np.array([seen(instants + shift)[1] for shift in shifts])
+    expected = np.array([np.interp(late[k], shifts, shifted[:, k]) for k in range(1201)])
+    rates, tilts = seen(times)
+    even = evened(times, np.column_stack([tilts, rates]), pushes[:-1], period, [0], [1], uneven=True)
+    readings = np.zeros((1201, 4))
+    readings[:, 0] = tilts
+    loop = UnevenLoop(times, late / period, pushes[:-1], readings, uneven_sum(even, rates))
+    made_up = loop.read(np.log1p(period / time_constant) / period, period)[:, 0]
+    np.testing.assert_array_equal(loop.read(0.0, period), readings)
+    before, after = (np.std((each - expected)[10:]) for each in (tilts, made_up))
+    assert after < 0.65 * before
 
 
-def test_an_even_loop_adds_nothing_to_a_sum():
-    times = 0.01 * np.arange(100)
-    values = np.column_stack([np.sin(times), np.cos(times)])
-    even = evened(times, values, times[1:], 0.01, [0], [1], uneven=True)
-    assert uneven_sum(even, values[:, 0], values[:, 1], 0.01) is None
+def test_a_part_of_an_uneven_loop_has_what_was_sent_and_read_in_it(paper):
+    recording = uneven(paper)
+    part = recording.part(50, 120)
+    assert part.uneven.instants == pytest.approx(recording.uneven.instants[50:121] - recording.uneven.instants[50])
+    np.testing.assert_array_equal(part.uneven.lateness, recording.uneven.lateness[50:121])
+    np.testing.assert_array_equal(part.uneven.commands, recording.uneven.commands[50:120])
+    np.testing.assert_array_equal(part.readings, recording.readings[50:121])
+
+
+def test_other_commands_of_an_uneven_loop_act_in_the_mean_of_each_period(paper):
+    recording = uneven(paper)
+    same = recording.commanded(lambda sent: sent)
+    np.testing.assert_allclose(same.commands, recording.commands, atol=1e-9)
+    fine = np.linspace(0.0, 100 * 0.02, 100 * 2000, endpoint=False) + 0.5e-5
+    sent = np.arange(200.0) % 7
+    other = recording.commanded(lambda _: sent)
+    instants = 0.02 * (np.arange(201) + recording.uneven.lateness)
+    acting = sent[np.maximum(np.searchsorted(instants, fine, side="right") - 1, 0)]
+    np.testing.assert_allclose(other.commands[1:100], acting.reshape(100, 2000).mean(axis=1)[1:], atol=0.01)
+
+
+def uneven(robot):
+    """A recording of a robot whose loop is late or early by a tenth of its period, by chance."""
+    late = 0.002 * np.clip(np.random.default_rng(4).standard_normal(201), -3.0, 3.0)
+    late[0] = 0.0
+    times = 0.02 * np.arange(201) + late
+    moving = np.zeros((201, 7))
+    moving[:, 0] = times
+    moving[:, 1], moving[:, 4] = 0.1 * np.sin(8.0 * times), 3.0 * np.sin(5.0 * times)
+    moving[:, 2], moving[:, 5] = 0.8 * np.cos(8.0 * times), 15.0 * np.cos(5.0 * times)
+    commands = np.random.default_rng(5).standard_normal(200)
+    given = Episode(("tilt",), 0.02, moving, moving[:, 1:2], commands, Outcome.COMPLETED, Provenance("p", "robot"))
+    (recording,) = read(robot, given)
+    return recording

@@ -27,12 +27,14 @@ class Even(NamedTuple):
     Attributes:
         values: (K + 1, C).
         commands: (K,), each of which acted between an instant and the next.
+        sent: (K,), what was commanded as each sample was taken; `commands` are their means.
         measured: (K + 1,), False at instants whose row was lost: their values are worked out from the others.
         late: (K + 1,) by which each sample was taken after its instant [s]; 0 where nothing was moved.
     """
 
     values: Array
     commands: Array
+    sent: Array
     measured: Mask
     late: Array
 
@@ -108,7 +110,7 @@ def evened(
         uneven: whether the loop is as uneven as its stamps (`is_uneven`); else only lost rows are made up for.
     """
     if len(times) < _FEW:
-        return Even(values, commands, np.ones(len(times), bool), np.zeros(len(times)))
+        return Even(values, commands, commands, np.ones(len(times), bool), np.zeros(len(times)))
     numbers, late = _late(times, period)
     every = np.arange(numbers[-1] + 1)
     measured, moved_by = np.zeros(len(every), bool), np.zeros(len(every))
@@ -118,13 +120,15 @@ def evened(
         moved = late[:, None] * np.gradient(values[:, angles], times, axis=0)
         values[:, angles] -= moved
         values[:, rates] -= late[:, None] * _slopes(values[:, rates], times, late)
-        commands = means_over_periods(commands, late / period, numbers)
         moved_by[numbers] = late
     if not measured.all():
         values = np.column_stack([np.interp(every, numbers, column) for column in values.T])
         commands = np.repeat(commands, np.diff(numbers))
-        values, commands = refilled(values, commands, measured)
-    return Even(values, commands, measured, moved_by)
+    means = means_over_periods(commands, moved_by / period)
+    if not measured.all():
+        values, means = refilled(values, means, measured)
+        commands = np.where(measured[:-1], commands, means)
+    return Even(values, means, commands, measured, moved_by)
 
 
 def pace_of(times: Array, angles: Array, period: float) -> LoopJitter:
@@ -185,12 +189,10 @@ def _slopes(rates: Array, times: Array, late: Array) -> Array:
     return np.where(late[:, None] > 0.0, before, after)
 
 
-def means_over_periods(commands: Array, late: Array, numbers: NDArray[np.int64]) -> Array:
-    """Means (T,) of the commands over periods of an even loop, where each came late by a share of a period, or early.
-
-    Where rows were lost between two samples, their command acts longer, and what its neighbours take of it is less.
-    """
-    lengths = np.diff(numbers)
+def means_over_periods(commands: Array, late: Array) -> Array:
+    """Means (K,) of commands over periods of an even loop, where each came late by a share of a period, or early."""
+    if not late.any():
+        return commands
     before, after = np.concatenate([commands[:1], commands[:-1]]), np.concatenate([commands[1:], commands[-1:]])
-    means = commands + np.maximum(late[:-1], 0.0) / lengths * (before - commands)
-    return np.asarray(means + np.maximum(-late[1:], 0.0) / lengths * (after - commands))
+    means = commands + np.maximum(late[:-1], 0.0) * (before - commands)
+    return np.asarray(means + np.maximum(-late[1:], 0.0) * (after - commands))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array, Mask
+from twbal.core.gaussian import Mask
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.held_commands import acting
 from twbal.diagnosis.lost_commands import LostFound, lost_by, lost_commands
@@ -93,5 +93,4 @@ def _kept_back(comparison: ModelComparison, split: Split, losses: LostFound) -> 
 
 def _with(recording: Recording, lost: Mask) -> Recording:
     """The recording with the commands that acted."""
-    commands: Array = acting(recording.commands, lost)
-    return replace(recording, commands=commands)
+    return recording.commanded(lambda sent: acting(sent, lost))

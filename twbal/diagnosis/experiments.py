@@ -12,6 +12,7 @@ from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold, standing
@@ -157,7 +158,7 @@ def _driven(
     """
     most, cut, steps = abs(state.tilt), 0, len(commands)
     for n in range(steps + 1):
-        seen = read_sensors(planar, k, state, imu, n * substeps, lead)
+        seen = read_sensors(planar, k, state, imu, n * substeps, lead, n * substeps * k.step)
         measured[n, 0], measured[n, 1] = seen.tilt + noise[n, 0], seen.tilt_rate + noise[n, 1]
         measured[n, 2], measured[n, 3] = seen.wheel_angle + noise[n, 2], seen.wheel_rate + noise[n, 3]
         if n == steps:
@@ -166,7 +167,7 @@ def _driven(
         speed = radius * (measured[n, 3] + rate)
         commands[n], is_cut = excited_command(law, tilt, rate, speed, drawn[n])
         cut += is_cut
-        state = hold(planar, k, state, commands, n, substeps, STRAIGHT, imu)
+        state = hold(planar, k, state, commands, n, substeps, STRAIGHT, imu, EVEN)
         most = max(most, abs(state.tilt))
         if not most < np.pi / 2:
             break

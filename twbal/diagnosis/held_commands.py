@@ -53,7 +53,7 @@ class SentCommands(NamedTuple):
         They are 0 at instants that do not count, and of channels that no sensor measured.
         """
         (recording,) = self.data.recordings
-        changed = replace(self.data, recordings=[replace(recording, commands=acting(recording.commands, lost))])
+        changed = replace(self.data, recordings=[recording.commanded(lambda sent: acting(sent, lost))])
         (errors,) = changed.errors(self.model, self.kalman)
         errors[~recording.usable] = 0.0
         whiteners, last = self.kalman.whiteners, len(self.kalman.whiteners) - 1

@@ -9,7 +9,7 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
-from twbal.planar.actuation import driver_torque
+from twbal.planar.actuation import EVEN, driver_torque
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold, standing
@@ -98,7 +98,7 @@ def turned_angle(
     )  # fmt: skip
     imu = imu_settled(k, s, 2 * substeps)
     for n in range(begin, begin + length):
-        s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)
+        s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu, EVEN)
     return encoder_angle(k, s)
 
 

@@ -2,6 +2,8 @@
 
 from math import floor
 
+import numpy as np
+
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.effects.slew_limit import Ramp, ramp
@@ -9,6 +11,9 @@ from twbal.planar.parameters import PlanarParameters
 from twbal.planar.terms import drive
 
 _ramp = kernel(is_kept=False, is_inlined=True)(ramp)
+
+EVEN = np.zeros(0)
+"""Instants of the commands of an even loop, each of which comes as its control period begins."""
 
 
 @kernel(is_inlined=True)
@@ -37,6 +42,30 @@ def command_at(commands: Array, start: float, length: float) -> float:
         return before
     after = 0.0 if first + 1 < 0 else commands[min(first + 1, last)]
     return before + (after - before) * beyond / length
+
+
+@kernel(is_inlined=True)
+def command_between(commands: Array, instants: Array, past: int, start: float, length: float) -> float:
+    """Mean over a stretch of time of a command sequence that comes at any instants.
+
+    Args:
+        commands: (T,), each held until the next one comes; before the first the motors are idle.
+        instants: (T,) or more, at which they come, increasing [s].
+        past: number of a command that comes at the start of the stretch, or later.
+        start: of the stretch [s].
+        length: of the stretch [s].
+    """
+    last, end = len(commands) - 1, start + length
+    n = past
+    while n >= 0 and instants[n] > start:
+        n -= 1
+    total, at = 0.0, start
+    while at < end:
+        until = end if n == last else min(end, instants[n + 1])
+        if n >= 0:
+            total += commands[n] * (until - at)
+        at, n = until, min(n + 1, last)
+    return total / length
 
 
 @kernel()

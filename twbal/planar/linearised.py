@@ -7,6 +7,7 @@ import scipy.linalg
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import Constants, constants
 from twbal.planar.equations import coefficients
 from twbal.planar.parameters import PlanarParameters, linear_part
@@ -92,7 +93,7 @@ def sampled_with_delay(model: PlanarParameters, period: float, ages: int) -> Del
         turning = speed / smooth.wheel_radius
         state = PlanarState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, *(0.0,) * (len(PlanarState._fields) - 7))
         imu = imu_settled(k, state, 2 * _STEPS)
-        s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
+        s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu, EVEN)
         return np.array([s.tilt + k.offset, s.tilt_rate, smooth.wheel_radius * s.wheel_speed])
 
     none = np.zeros(ages + 1)
@@ -100,7 +101,7 @@ def sampled_with_delay(model: PlanarParameters, period: float, ages: int) -> Del
     A = np.array([(after(e * direction, none) - rest) / e for direction in np.eye(3)]).T
     B = np.array([(after(np.zeros(3), e * direction) - rest) / e for direction in np.eye(ages + 1)[::-1]])
     standing = PlanarState(-k.offset, *(0.0,) * (len(PlanarState._fields) - 1))
-    shown = read_sensors(model, k, standing, imu_settled(k, standing, 2), 0, 0.0)
+    shown = read_sensors(model, k, standing, imu_settled(k, standing, 2), 0, 0.0, 0.0)
     return DelayedModel(A, B, float(shown.tilt), -float(k.offset))
 
 
@@ -121,7 +122,7 @@ def torque_response(model: PlanarParameters, period: float) -> Array:
 
     def after(torque: float, outside: float) -> Array:
         pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
-        s = hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)
+        s = hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu, EVEN)
         return np.array([s.tilt_rate, s.wheel_speed])
 
     rest = after(0.0, 0.0)

@@ -21,7 +21,7 @@ from twbal.core.swinging_part import swinging_part, without_part
 from twbal.effects.effect import Effect, assemble
 from twbal.effects.library import values_of
 from twbal.effects.sensor_noise import SensorNoise
-from twbal.planar.actuation import command_at, slew_limited
+from twbal.planar.actuation import EVEN, command_at, command_between, slew_limited
 from twbal.planar.constants import Constants, constants
 from twbal.planar.forces import tipped
 from twbal.planar.motion import step
@@ -41,6 +41,7 @@ def hold(
     substeps: int,
     turning: Turning,
     imu: Array,
+    instants: Array,
 ) -> PlanarState:
     """One control period of the planar model; it writes what the IMU sees into the ring `imu`.
 
@@ -53,6 +54,8 @@ def hold(
         substeps: physics steps of a period.
         turning: at the period's start; its rate stays.
         imu: (N, 3), as of `read_sensors`.
+        instants: (T + 1,) of an uneven loop, at which its periods begin and its commands come [s]; `EVEN` of an even
+            one, whose periods have the length of this one.
     """
     reached, ramped = s.torque, s.driver_torque
     late = k.delay / (k.step * substeps)
@@ -61,8 +64,12 @@ def hold(
     row, kept = past * substeps % len(imu), exp(-k.filter.rate * k.step) if k.filter.rate > 0.0 else 1.0
     for i in range(substeps):
         number = past * substeps + i
-        time = number * k.step
-        command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
+        if rarely(len(instants) > 0):
+            time = instants[past] + i * k.step
+            command = command_between(commands, instants, past, time - k.delay, k.step)
+        else:
+            time = number * k.step
+            command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
         demanded = drive(p, command, time)
         if rarely(k.slew < UNBOUNDED):
             ramped, demanded = slew_limited(ramped, demanded, k.slew)
@@ -74,7 +81,7 @@ def hold(
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate, cosine, sine))
         reached += k.lag * (demanded - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
-        see(p, k, before, s, imu, row, kept, (number + 1) * k.step)
+        see(p, k, before, s, imu, row, kept, time + k.step)
     return PlanarState(
         s.tilt,
         s.wheel,
@@ -126,8 +133,9 @@ def drive_on(
     p: PlanarParameters, k: Constants, s: PlanarState, commands: Array, past: int, substeps: int, imu: Array
 ) -> Seen:
     """One control period straight ahead, and what sensors show at its end; arguments as of `hold`."""
-    s = hold(p, k, s, commands, past, substeps, STRAIGHT, imu)
-    return Seen(s, read_sensors(p, k, s, imu, (past + 1) * substeps, 0.0))
+    s = hold(p, k, s, commands, past, substeps, STRAIGHT, imu, EVEN)
+    steps = (past + 1) * substeps
+    return Seen(s, read_sensors(p, k, s, imu, steps, 0.0, steps * k.step))
 
 
 class PlanarPlant(Plant):
@@ -187,7 +195,7 @@ class PlanarPlant(Plant):
         self._state = standing(self._constants, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
         self._imu = imu_settled(self._constants, self._state, len(self._imu))
         self._speed = stance.speed
-        return self._observe(read_sensors(self._planar_model, self._constants, self._state, self._imu, 0, 0.0))
+        return self._observe(read_sensors(self._planar_model, self._constants, self._state, self._imu, 0, 0.0, 0.0))
 
     def step(self, command: float) -> Observation:
         """Hold the command, cut to the torque limit, for one control period."""

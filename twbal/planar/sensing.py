@@ -85,7 +85,9 @@ def encoder_angle(k: Constants, s: PlanarState) -> float:
 
 
 @kernel(is_inlined=True)
-def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, steps: int, lead: float) -> Reading:
+def read_sensors(
+    p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, steps: int, lead: float, time: float
+) -> Reading:
     """Read the sensors.
 
     Between physics steps what the IMU sees is interpolated; before the rollout it saw what it sees at its start.
@@ -98,6 +100,7 @@ def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, 
             `imu_settled`.
         steps: physics steps since the rollout began.
         lead: time by which the integrator's angles run ahead of the truth [s]; 0 to read what the integrator has.
+        time: since the rollout began [s].
     """
     back = k.imu_delay / k.step
     whole = floor(back)
@@ -110,7 +113,7 @@ def read_sensors(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, 
     if rarely(k.play.is_behind_encoder > 0.0):
         relative = s.rotor_speed - s.tilt_rate
     truth = Reading(tilt - lead * rate, rate, encoder_angle(k, s) - lead * relative, relative)
-    return sense(p, truth, steps * k.step)
+    return sense(p, truth, time)
 
 
 @kernel()

@@ -13,6 +13,7 @@ import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters, linear_part
 from twbal.planar.planar_plant import hold
@@ -123,7 +124,7 @@ def linearise_period(planar: PlanarParameters, period: float) -> LinearPlanarMod
         rest = (0.0,) * (len(PlanarState._fields) - 7)
         state = PlanarState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, *rest)
         pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
-        return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
+        return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu, EVEN)[:4])
 
     rest = after(balance, 0.0, 0.0)
     F, B = np.zeros((8, 8)), np.zeros((8, 2))

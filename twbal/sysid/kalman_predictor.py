@@ -15,6 +15,7 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.sine_cosine import SineCosine, sine_and_cosine
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
@@ -129,6 +130,20 @@ def _push(
 
 
 @kernel(is_inlined=True)
+def _with_one_lead(
+    k: Constants, before: PlanarState, s: PlanarState, more: float, facing: SineCosine, imu: Array, now: int
+) -> PlanarState:
+    """The state with angles that run ahead of its rates as after physics steps of an even loop (`Data.lead`).
+
+    Angles gain the change of their rates in a control period times half of a physics step: `more` than usual [s], where
+    the period is longer.
+    """
+    tilt = more * (s.tilt_rate - before.tilt_rate)
+    imu[now, 0] -= tilt
+    return moved(s, k, -tilt, -more * (s.wheel_speed - before.wheel_speed), 0.0, 0.0, facing)
+
+
+@kernel(is_inlined=True)
 def _carry(missing: Array, decay: Array, summed: float) -> None:
     """Carry a model discrepancy over a control period: it decays, and the tilt adds up the gyro's bias."""
     added = summed * missing[5]
@@ -144,6 +159,7 @@ def run_predictor(
     measured: Array,
     yaw_rate: Array,
     period: float,
+    instants: Array,
     substeps: int,
     lead: float,
     gains: Array,
@@ -159,6 +175,7 @@ def run_predictor(
         p: the planar model.
         commands: (T,); measured: (T + 1, 4); yaw_rate: (T + 1,), as of `Recording`.
         period: control period [s].
+        instants: (T + 1,) of an uneven loop [s], as of `hold`: each of its periods is integrated over its own length.
         substeps: physics steps of a control period.
         lead: as of `read_sensors`.
         gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
@@ -174,18 +191,27 @@ def run_predictor(
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
     heading, now, facing = 0.0, 0, sine_and_cosine(0.0)
+    lasts, time = period, 0.0
     missing, error, imu = np.zeros(LASTING), np.zeros(4), imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
             now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading, facing.cosine, facing.sine)
-            s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
-            heading += period * turning.rate
+            if len(instants) > 0:
+                lasts, time = instants[n] - instants[n - 1], instants[n]
+                k = constants(p, lasts / substeps)
+            else:
+                time = n * substeps * k.step
+            before = s
+            s = hold(p, k, s, commands, n - 1, substeps, turning, imu, instants)
+            heading += lasts * turning.rate
             facing = sine_and_cosine(heading)
+            if len(instants) > 0:
+                s = _with_one_lead(k, before, s, 0.5 * (lasts - period) / substeps, facing, imu, now)
             if len(decay) > 0:
                 s = _push(s, k, missing, pushes, facing, imu, now, substeps, late)
                 _carry(missing, decay, summed)
-            seen = read_sensors(p, k, s, imu, n * substeps, lead)
+            seen = read_sensors(p, k, s, imu, n * substeps, lead, time)
             error[0] = measured[n, 0] - seen.tilt - missing[2]
             error[1] = measured[n, 1] - seen.tilt_rate - missing[3] - missing[5]
             error[2] = measured[n, 2] - seen.wheel_angle - missing[4]
@@ -225,10 +251,21 @@ class PredictorOutput(NamedTuple):
 def predict(
     planar: PlanarParameters, recording: Recording, substeps: int, lead: float, kalman: Filter
 ) -> PredictorOutput:
-    """Run the predictor of a planar model with a filter over a recording; arguments as of `run_predictor`."""
+    """Run the predictor of a planar model with a filter over a recording; arguments as of `run_predictor`.
+
+    Of an uneven loop the readings are predicted at the instants at which they were taken.
+    """
+    commands, measured, instants = recording.commands, recording.measured, EVEN
+    if recording.uneven is not None:
+        loop = recording.uneven
+        commands, measured, instants = (
+            loop.commands,
+            loop.read(planar.tilt_filter_rate, recording.period),
+            loop.instants,
+        )
     errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, STATE_COLUMNS))
     run_predictor(
-        planar, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
-        kalman.gains, kalman.pushes, kalman.decay, kalman.summed, errors, states,
+        planar, commands, measured, recording.yaw_rate, recording.period, instants, substeps, lead, kalman.gains,
+        kalman.pushes, kalman.decay, kalman.summed, errors, states,
     )  # fmt: skip
     return PredictorOutput(errors, states)

@@ -1,7 +1,7 @@
 """A model of the recordings: the planar model with values for what is free, and what it leaves of the data."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -202,7 +202,7 @@ class Data:
         change of these changes, where it runs one way throughout.
         """
         changes, bends = (
-            np.concatenate([np.diff(recording.measured, n=order, axis=0) for recording in self.recordings])
+            np.concatenate([np.diff(recording.readings, n=order, axis=0) for recording in self.recordings])
             for order in (1, 2)
         )
         runs = np.abs(np.sign(changes).mean(axis=0)) > _ONE_WAY
@@ -214,7 +214,7 @@ class Data:
     @cached_property
     def steps(self) -> float:
         """Control periods for which the wheel angle shows one value before it steps to the next, in the mean."""
-        changes = np.concatenate([np.diff(recording.measured[:, 2]) for recording in self.recordings])
+        changes = np.concatenate([np.diff(recording.readings[:, 2]) for recording in self.recordings])
         return float(len(changes) / max(int((np.abs(changes) > _ROUNDING).sum()), 1))
 
     @property
@@ -235,9 +235,9 @@ class Data:
 
     def predictions(self, model: Model, kalman: Filter) -> list[PredictorOutput]:
         """What a model predicts of each recording with a filter."""
-        lead, rate = self.lead - model.angle_lead, model.planar.tilt_filter_rate
+        lead = self.lead - model.angle_lead
         found = [
-            predict(model.planar_for(k), _of_even_loop(recording, rate), self.substeps, lead, kalman)
+            predict(model.planar_for(k), recording, self.substeps, lead, kalman)
             for k, recording in enumerate(self.recordings)
         ]
         for prediction in found:
@@ -294,14 +294,3 @@ class Data:
         return model._replace(
             noise=fit_noise(linear, model.noise, list(errors), self.usable, limits, iterations, afresh)
         )
-
-
-def _of_even_loop(recording: Recording, filter_rate: float) -> Recording:
-    """The recording with the tilt that a filter of a rate [1/s] would have shown, had the loop been even."""
-    if recording.uneven_sum is None or filter_rate == 0.0:
-        return recording
-    from scipy.signal import lfilter  # loads slowly, and few loops are uneven
-
-    measured, kept = recording.measured.copy(), np.exp(-filter_rate * recording.period)
-    measured[:, 0] -= lfilter([1.0], [1.0, -kept], recording.uneven_sum)
-    return replace(recording, measured=measured)

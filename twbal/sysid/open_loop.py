@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.sine_cosine import sine_and_cosine
+from twbal.planar.actuation import EVEN
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
@@ -74,8 +75,9 @@ def _run(
         fell[j] = steps + 1
         for m in range(steps):
             turning = turning_at(0.5 * (yaw_rate[n + m] + yaw_rate[n + m + 1]), heading[n + m])
-            s = hold(p, k, s, commands, n + m, substeps, turning, imu)
-            seen = read_sensors(p, k, s, imu, (n + m + 1) * substeps, 0.5 * h)
+            s = hold(p, k, s, commands, n + m, substeps, turning, imu, EVEN)
+            after = (n + m + 1) * substeps
+            seen = read_sensors(p, k, s, imu, after, 0.5 * h, after * h)
             predicted[j, m, 0], predicted[j, m, 1] = seen.tilt, seen.tilt_rate
             predicted[j, m, 2], predicted[j, m, 3] = seen.wheel_angle, seen.wheel_rate
             if not abs(s.tilt) < limit:

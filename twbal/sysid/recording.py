@@ -1,9 +1,10 @@
 """What a diagnosis reads of an episode, checked."""
 
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -35,6 +36,47 @@ _DIFFERENCED = (
 _ODD = 0.05  # share of the samples that may be lost, or so late that they belong to another control period
 
 
+class UnevenLoop(NamedTuple):
+    """What was commanded and read at the instants of a loop that is not even.
+
+    Attributes:
+        instants: (T + 1,) of samples and commands by their stamps, increasing [s].
+        lateness: (T + 1,) of these instants beside those of an even loop, in control periods.
+        commands: (T,) [N·m]; commands[n] acted from instant n on, until the next one.
+        readings: (T + 1, 4) in the order of `MEASURED`, as they were read.
+        summed: (T + 1,) what each of its periods adds to a tilt that sums up the gyro, beyond what one of an even loop
+            would [rad]; see `uneven_sum`.
+    """
+
+    instants: Array
+    lateness: Array
+    commands: Array
+    readings: Array
+    summed: Array
+
+    def read(self, filter_rate: float, period: float) -> Array:
+        """The readings (T + 1, 4) with the tilt that a filter would have shown, had it summed up in even periods.
+
+        Args:
+            filter_rate: of the complementary filter that the tilt comes from; 0: it comes from none [1/s].
+            period: control period [s].
+        """
+        if filter_rate == 0.0:
+            return self.readings
+        from scipy.signal import lfilter  # loads slowly, and few loops are uneven
+
+        readings, kept = self.readings.copy(), np.exp(-filter_rate * period)
+        readings[:, 0] -= lfilter([1.0], [1.0, -kept], self.summed)
+        return readings
+
+    def part(self, begin: int, end: int) -> "UnevenLoop":
+        """What lies between two instants, which both belong to it."""
+        whole = slice(begin, end + 1)
+        instants = self.instants[whole] - self.instants[begin]
+        lateness, commands = self.lateness[whole], self.commands[begin:end]
+        return UnevenLoop(instants, lateness, commands, self.readings[whole], self.summed[whole])
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """T control periods of a robot, as a diagnosis needs them.
@@ -42,16 +84,16 @@ class Recording:
     Attributes:
         name: for reports.
         period: control period [s].
-        commands: (T,) [N·m]; commands[t] acted between instants t and t + 1.
-        measured: (T + 1, 4) in the order of `MEASURED`.
+        commands: (T,) [N·m]; commands[t] acted between instants t and t + 1. Of an uneven loop, what acted then in the
+            mean.
+        measured: (T + 1, 4) in the order of `MEASURED`. Of an uneven loop, as an even one would have read it.
         yaw_rate: (T + 1,) [rad/s], with the gyro's noise smoothed away.
         usable: (T + 1,); False at instants whose prediction errors do not count: the robot turned too fast, or the row
             was lost.
         sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
             errors do not count.
         run: number of the run of the robot that it is from, in which battery and floor stay what they are.
-        uneven_sum: (T + 1,) what each control period of an uneven loop adds to a tilt that sums up the gyro [rad]; see
-            `uneven_sum`. None: the loop was even.
+        uneven: what was commanded and read when; None: the loop was even.
     """
 
     name: str
@@ -61,7 +103,7 @@ class Recording:
     yaw_rate: Array
     usable: Mask
     sensed: Mask
-    uneven_sum: Array | None = None
+    uneven: UnevenLoop | None = None
     run: int = 0
 
     def __len__(self) -> int:
@@ -81,8 +123,21 @@ class Recording:
     def part(self, begin: int, end: int) -> "Recording":
         """What lies between two instants, which both belong to it."""
         instants = {name: getattr(self, name)[begin : end + 1] for name in ("measured", "yaw_rate", "usable")}
-        added = None if self.uneven_sum is None else self.uneven_sum[begin : end + 1]
-        return replace(self, commands=self.commands[begin:end], uneven_sum=added, **instants)
+        loop = self.uneven.part(begin, end) if self.uneven else None
+        return replace(self, commands=self.commands[begin:end], uneven=loop, **instants)
+
+    @property
+    def readings(self) -> Array:
+        """(T + 1, 4) as they were read, in the order of `MEASURED`, wherever their instants lie."""
+        return self.measured if self.uneven is None else self.uneven.readings
+
+    def commanded(self, change: Callable[[Array], Array]) -> "Recording":
+        """The same with other commands, by what makes them (T,) of those that were sent (T,)."""
+        if self.uneven is None:
+            return replace(self, commands=change(self.commands))
+        commands = change(self.uneven.commands)
+        means = means_over_periods(commands, self.uneven.lateness)
+        return replace(self, commands=means, uneven=self.uneven._replace(commands=commands))
 
 
 @dataclass(frozen=True)
@@ -263,31 +318,37 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES, uneven)
     usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
     smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
-    added = uneven_sum(even, measured[:end, 0], measured[:end, 1], robot.control_period) if sensed[1] else None
-    return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed, added)
+    loop = _loop(even, seen[:end, _TIME], measured[:end], robot.control_period)
+    return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed, loop)
 
 
-def uneven_sum(even: Even, tilts: Array, rates: Array, period: float) -> Array | None:
-    """What each control period of an uneven loop adds to a tilt that sums up the gyro, (K + 1,) [rad]; None: nothing.
+def _loop(even: Even, times: Array, measured: Array, period: float) -> UnevenLoop | None:
+    """The loop by which samples (T + 1, 4) were taken at `times` that were put on an even time base; None: it was even.
 
-    A complementary filter adds up the gyro's reading times the time since the one before, and what its accelerometer
-    tells over that time. Of an even loop both would be over a control period. The difference does not end with that
-    period: the filter forgets it at its rate. At instants beside a lost row nothing is known of it.
-
-    Args:
-        even: the samples on an even time base.
-        tilts: as they were measured (T + 1,) [rad].
-        rates: likewise [rad/s].
-        period: control period [s].
+    A lost row lies between its neighbours.
     """
     if not even.late.any():
         return None
     numbers = np.flatnonzero(even.measured)
-    late = even.late[numbers]
-    lasted = period * np.diff(numbers) + np.diff(late)
-    by_accelerometer = np.diff(tilts) / lasted - rates[1:]  # [rad/s]
-    slopes = np.repeat(means_over_periods(by_accelerometer, late / period, numbers), np.diff(numbers))
-    added = np.diff(even.values[:, 0]) - period * (even.values[1:, 1] + slopes)
+    instants = np.interp(np.arange(len(even.values)), numbers, times - times[0])
+    readings = even.values[:, :-1].copy()
+    readings[numbers] = measured
+    summed = uneven_sum(even, readings[:, MEASURED.index("tilt_rate")])
+    return UnevenLoop(instants, even.late / period, even.sent, readings, summed)
+
+
+def uneven_sum(even: Even, rates: Array) -> Array:
+    """What each period of an uneven loop adds to a tilt that sums up the gyro, beyond an even one, (K + 1,) [rad].
+
+    A complementary filter adds up the gyro's reading times the time L since the one before. That is what the tilt gains
+    in that time, and half of L times the change of θ', where an even loop has the period in place of L. The filter
+    forgets the difference at its rate. At instants beside a lost row nothing is known of it.
+
+    Args:
+        even: the samples on an even time base.
+        rates: (K + 1,) of the tilt, as they were read [rad/s].
+    """
+    added = 0.5 * np.diff(even.late) * np.diff(rates)
     return np.concatenate([[0.0], np.where(even.measured[1:] & even.measured[:-1], added, 0.0)])
 
 

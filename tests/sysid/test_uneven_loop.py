@@ -1,0 +1,90 @@
+"""A robot under an uneven loop, by matrix exponentials: its readings are predicted where they were taken."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.planar.actuation import command_between
+from twbal.planar.linearised import linearise
+from twbal.planar.parameters import planar_parameters
+from twbal.sysid.kalman import kalman_filter, linearise_period
+from twbal.sysid.kalman_predictor import predict
+from twbal.sysid.noise import LASTING, NoiseModel
+from twbal.sysid.recording import Usability, read_recordings
+
+PERIODS, SUBSTEPS = 1000, 20
+USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
+
+
+def driven(robot, late, delay, seed=1):
+    """An episode without noise, so gentle that the equations about the balance hold.
+
+    Args:
+        robot: data sheet.
+        late: (T + 1,) by which each instant comes late [s].
+        delay: after which a command acts [s].
+        seed: of the disturbance.
+    """
+    A, B = linearise(robot)
+    times = robot.control_period * np.arange(PERIODS + 1) + late
+    rng = np.random.default_rng(seed)
+    both = np.zeros((6, 6))  # tilt, tilt rate, speed, wheel angle, command
+    both[:3, :3], both[:3, 4] = A, B
+    both[3, 2], both[3, 1] = 1.0 / robot.wheel_radius, -1.0
+    x = np.array([0.002, 0.0, 0.0, 0.0])
+    rows, commands, changes = [], [], []
+    for n, time in enumerate(times):
+        rows.append([time, x[0] - robot.com_offset, x[1], 0.0, x[3], x[2] / robot.wheel_radius - x[1], 0.0])
+        if n == PERIODS:
+            break
+        commands.append(float(GAIN @ x[:3]) + 0.02 * rng.standard_normal())
+        changes.append(time + delay)
+        at = time
+        while at < times[n + 1]:  # from one change of what acts to the next
+            acting = sum(change <= at + 1e-12 for change in changes[-4:]) + max(len(changes) - 4, 0)
+            until = min([times[n + 1], *[change for change in changes[-4:] if change > at + 1e-12]])
+            u = commands[acting - 1] if acting else 0.0
+            x = (expm((until - at) * both) @ [*x, u, 0.0])[:4]
+            at = until
+    seen = np.array(rows)
+    return Episode(
+        ("tilt",), robot.control_period, seen, seen[:, 1:2], np.array(commands), Outcome.COMPLETED,
+        Provenance("paper", "robot"),
+    )  # fmt: skip
+
+
+GAIN = np.array([60.0, 12.0, 4.0])
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.013])
+def test_what_a_robot_shows_under_an_uneven_loop_is_predicted_as_well_as_under_an_even_one(paper, delay):
+    late = 0.1 * paper.control_period * np.clip(np.random.default_rng(0).standard_normal(PERIODS + 1), -3.0, 3.0)
+    late[0] = 0.0
+    planar = planar_parameters(paper, {"actuation_delay": {"delay": delay}} if delay else {})
+    levels = NoiseModel(np.full(4, 1e-3), np.full(2, 1e-3), np.zeros(LASTING))
+    kalman = kalman_filter(linearise_period(planar, paper.control_period), levels)
+    lead = 0.5 * paper.control_period / SUBSTEPS
+    (even,) = read_recordings([driven(paper, np.zeros(PERIODS + 1), delay)], ["run"], paper, USABILITY)
+    (recording,) = read_recordings([driven(paper, late, delay)], ["run"], paper, USABILITY)
+    assert even.uneven is None and recording.uneven is not None
+    off, evened = (
+        predict(planar, each, SUBSTEPS, lead, kalman).errors[5:].std(axis=0)
+        for each in (recording, replace(recording, uneven=None))
+    )
+    assert (off < 0.02 * evened).all()
+
+
+def test_a_mean_of_commands_is_that_of_what_acts_from_moment_to_moment():
+    rng = np.random.default_rng(2)
+    instants = np.cumsum(rng.uniform(0.6, 1.4, 30))
+    commands = rng.standard_normal(29)
+    for _ in range(200):
+        start, length = rng.uniform(-1.0, instants[-1]), rng.uniform(0.01, 3.0)
+        fine = start + length * (np.arange(20_000) + 0.5) / 20_000
+        numbers = np.searchsorted(instants, fine, side="right") - 1
+        acting = np.where(numbers < 0, 0.0, commands[np.clip(numbers, 0, 28)])
+        past = min(int(np.searchsorted(instants, start, side="right")) + int(rng.integers(2)), 28)
+        assert command_between(commands, instants, past, start, length) == pytest.approx(acting.mean(), abs=1e-3)
