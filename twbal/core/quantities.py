@@ -57,6 +57,8 @@ class Quantity(IntEnum):
     SHAFT_GAP = 31
     """Width of a gap that lies behind encoders on the motors' shafts [rad]."""
     SHAFT_ROTOR_SHARE = 32
+    TYRE_CREEP = 33
+    """Speed of slip below which the tyres creep, and above which they slide [m/s]."""
 
 
 class Change(IntEnum):

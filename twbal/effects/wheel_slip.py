@@ -5,14 +5,16 @@ from dataclasses import dataclass
 from twbal.core.quantities import Quantity
 from twbal.core.robot_model import UNBOUNDED
 from twbal.effects.effect import GroundEffect
-from twbal.effects.parameter import limits, parameter
+from twbal.effects.parameter import adds_to, limits, parameter
 
 
 @dataclass(frozen=True)
 class WheelSlip(GroundEffect):
     """The tyres' grip is dry friction with a coefficient far below 1.
 
-    It acts between tyre and ground. Only traction beyond the grip tells of it.
+    It acts between tyre and ground. Only traction beyond the grip tells of it. Rubber yields before it slides: by the
+    brush model, a slip at the speed v below that of the `creep`, v_c, makes 1 - (1 - v / v_c)³ of the full traction. In
+    the physics engine tyres do not creep: there they stick until they slide.
     """
 
     friction: float = parameter(
@@ -23,6 +25,16 @@ class WheelSlip(GroundEffect):
         value=0.2,
         neutral=UNBOUNDED,
         changes=limits(Quantity.GRIP),
+    )
+    creep: float = parameter(
+        "speed of slip at which the tyres slide",
+        "m/s",
+        (0.0, 0.15),
+        start=0.015,
+        value=0.0,
+        changes=adds_to(Quantity.TYRE_CREEP),
+        covers_all=True,
+        is_optional=True,
     )
     reference = "H. B. Pacejka: Tire and Vehicle Dynamics, 3rd ed., Butterworth-Heinemann, 2012."
     is_linear = False

@@ -74,6 +74,7 @@ class Constants(NamedTuple):
         geared: part of the wheels' inertia that turns relative to the body [kg·m²].
         coulomb, viscous, breakaway, stribeck_rate: of the joints, as of `DriveTrain`.
         rolling, rolling_viscous, grip: of the ground, as of `Ground`.
+        creep: speed of slip at which the tyres slide [m/s].
         pushed: constant force at the axle beside those of effects [N].
         delay: of commands [s].
         lag: share of the way to the demanded torque that the motors go in a physics step.
@@ -105,6 +106,7 @@ class Constants(NamedTuple):
     rolling: float
     rolling_viscous: float
     grip: float
+    creep: float
     pushed: float
     delay: float
     lag: float
@@ -170,6 +172,7 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         q[Quantity.ROLLING_RESISTANCE],
         q[Quantity.ROLLING_VISCOUS],
         q[Quantity.GRIP],
+        q[Quantity.TYRE_CREEP],
         0.0,
         q[Quantity.COMMAND_DELAY],
         lag,

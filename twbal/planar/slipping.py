@@ -1,5 +1,7 @@
 """One physics step of the planar model whose tyres may slip; the equations are those of `twbal.planar.motion`."""
 
+from math import asinh, sinh, sqrt
+
 from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
@@ -11,13 +13,35 @@ from twbal.planar.planar_state import PlanarState, Turning
 
 
 @kernel(is_inlined=True)
+def _traction(slip: float, mobility: float, grip: float, creep: float) -> float:
+    """Traction of tyres in a physics step, by the slip that comes of it [N·s].
+
+    Args:
+        slip: that there would be without traction [m/s].
+        mobility: what a traction changes it by [1/kg].
+        grip: the bound [N·s].
+        creep: speed of slip at which the tyres slide [m/s].
+    """
+    most = mobility * grip
+    if creep == 0.0 or most == 0.0 or abs(slip) >= most + creep:
+        return cut(-slip / mobility, grip)
+    # With y = 1 - v / v_c: most y³ + creep y = most + creep - |slip|, a cubic with one real root.
+    p, q = creep / most, (most + creep - abs(slip)) / most
+    y = 2.0 * sqrt(p / 3.0) * sinh(asinh(1.5 * q / p * sqrt(3.0 / p)) / 3.0)
+    traction = grip * (1.0 - y * y * y)
+    return -traction if slip > 0.0 else traction
+
+
+@kernel(is_inlined=True)
 def slide(
     p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning
 ) -> PlanarState:
     r"""One step of a robot whose tyres may slip; backlash is left out.
 
     Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
-    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves.
+    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves. Tyres
+    that creep are those of the brush model: below the speed v_c at which they slide, a slip at the speed v makes a
+    traction of μ N (1 - (1 - v / v_c)³).
 
     Args: as of `twbal.planar.rolling.roll`.
     """
@@ -41,13 +65,14 @@ def slide(
     sine, cosine = sine_and_cosine(alpha)
     weight = k.mass * GRAVITY * sine_and_cosine(slope).cosine - k.arm * (cosine * s.tilt_rate**2 + sine * bend)
     grip = h * k.grip * max(weight, 0.0)
+    mobility = w + r * r / spin  # of the slip, by traction
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.rolling
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
         before = traction, rolling, rubbing
-        change = cut(traction - (speed - r * wheel_speed) / (w + r * r / spin), grip) - traction
+        change = _traction(speed - r * wheel_speed - mobility * traction, mobility, grip, k.creep) - traction
         traction += change
         speed += w * change
         tilt_rate += v * change
