@@ -83,7 +83,8 @@ def test_an_equivalent_that_mostly_does_something_else_is_listed_of_its_own(weig
         ("b", (Objection("nothing"),), Objected.SET),
         ("b", (Objection("nothing"), Objection("more", is_of_errors=True)), Objected.SET),
         ("b", (Objection("not a", ("a",)),), Objected.OTHERS),
-        ("b", (Objection("more", is_of_errors=True),), Objected.OTHERS),
+        ("b", (Objection("more", is_of_errors=True),), Objected.AUTOCORRELATED),
+        ("b", (Objection("not a", ("a",)), Objection("more", is_of_errors=True)), Objected.AUTOCORRELATED),
     ],
 )
 def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_set(effect, objected, expected):

@@ -8,6 +8,7 @@ from scipy.linalg import expm
 
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.planar.actuation import command_between
+from twbal.planar.constants import constants, with_step
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import kalman_filter, linearise_period
@@ -88,3 +89,12 @@ def test_a_mean_of_commands_is_that_of_what_acts_from_moment_to_moment():
         acting = np.where(numbers < 0, 0.0, commands[np.clip(numbers, 0, 28)])
         past = min(int(np.searchsorted(instants, start, side="right")) + int(rng.integers(2)), 28)
         assert command_between(commands, instants, past, start, length) == pytest.approx(acting.mean(), abs=1e-3)
+
+
+def test_constants_of_another_step_are_those_that_the_model_has_at_it(paper):
+    effects = {"motor_lag": {"time_constant": 0.02}, "slew_limit": {"rate": 40.0}, "actuation_delay": {"delay": 0.01}}
+    for having in ({}, effects):
+        planar = planar_parameters(paper, having)
+        found, expected = with_step(constants(planar, 0.002), 0.0013), constants(planar, 0.0013)
+        for name, value, true in zip(expected._fields, found, expected, strict=True):
+            assert value == pytest.approx(true), name

@@ -31,7 +31,9 @@ class Objected(StrEnum):
 
     NOTHING = "nothing"
     OTHERS = "others"
-    """Residuals stay autocorrelated, or there are objections to other effects."""
+    """Other effects."""
+    AUTOCORRELATED = "autocorrelated"
+    """Residuals that stay autocorrelated, though not by far."""
     SET = "set"
     """The chosen set as a whole, such as a data sheet that is far off."""
     EFFECT = "effect"

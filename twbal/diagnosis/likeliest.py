@@ -1,12 +1,14 @@
-"""The likeliest set of effects in the place of one that a selection came to by another way.
+"""Another set of effects in the place of the one that a selection came to.
 
 A selection goes step by step, and prefers sets without a parameter at a bound. So it may end with a set although
-another that it fitted on its way is much likelier by the same data.
+another that it fitted on its way is much likelier by the same data. Or its set holds an effect that can be no finding,
+and that the others do not need.
 """
 
 from collections.abc import Callable
 
-from twbal.diagnosis.hypothesis import FittedHypothesis, Round
+from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round
+from twbal.diagnosis.objections import Extent, may_be_a_finding, to_bounds, to_slow_waves
 from twbal.diagnosis.probable import Weights
 from twbal.diagnosis.select import Problem, Selection, without_redundant
 
@@ -40,6 +42,37 @@ def with_likeliest(
     found = without_redundant(problem, best, selection.base, rounds=rounds)
     is_another = found.candidates and not _are_nested(chosen, set(found.names))
     return Selection(selection.base, tuple(rounds), found if is_another and not found.at_bound else best)
+
+
+def without_untenable(
+    problem: Problem, selection: Selection, extent: Extent, progress: Callable[[str], None]
+) -> Selection:
+    """The selection, ended without effects that can be no finding, where the others explain the recordings.
+
+    Such an effect has a parameter at a bound, or is a wave of which no recording holds enough periods. It often stands
+    for what the form of another effect differs by from the robot's. The others explain the recordings if they leave
+    little autocorrelation, with no parameter at a bound.
+
+    Args:
+        problem: what was selected from.
+        selection: how it went.
+        extent: how far the recordings go.
+        progress: is told what is being done, a line at a time.
+    """
+    chosen = selection.chosen
+    objected = {name for o in (*to_bounds(chosen), *to_slow_waves(chosen, extent)) for name in o.effects}
+    tenable = [candidate for candidate in chosen.candidates if candidate.name not in objected]
+    if not objected or not any(not candidate.in_data_sheet for candidate in tenable):
+        return selection
+    progress(f"fitting the others without {', '.join(sorted(objected))}")
+    none = {field: value for c in chosen.candidates if c.name in objected for field, value in c.none.items()}
+    others = problem.fit(chosen.fit.model.put(none), tenable, FULL_ROUNDS)
+    rounds = [*selection.rounds, Round(chosen, [], [others])]
+    if may_be_a_finding(others, problem.settings):
+        others = without_redundant(problem, others, selection.base, rounds=rounds)
+        if others.effects and may_be_a_finding(others, problem.settings):
+            chosen = others
+    return Selection(selection.base, tuple(rounds), chosen)
 
 
 def _weight_of(chosen: FittedHypothesis, weights: Weights) -> float:

@@ -18,7 +18,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.graded import widened_by
 from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.likeliest import with_likeliest
+from twbal.diagnosis.likeliest import with_likeliest, without_untenable
 from twbal.diagnosis.model_comparison import compare_models
 from twbal.diagnosis.null_distribution import null_distribution, null_score
 from twbal.diagnosis.null_record import NullScore
@@ -102,7 +102,7 @@ def name_effects(
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     problem, base, extent = _against_chance(problem, robot, progress)
     settings = problem.settings
-    selection = _search(problem, base, progress)
+    selection = _search(problem, base, extent, progress)
     weights = probabilities(selection, settings)
     differences = allowed_differences(problem, selection.chosen)
     comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
@@ -189,7 +189,7 @@ def _further_effects(
     return power, null_score(data, null, scored, chosen)
 
 
-def _search(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]) -> Selection:
+def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: Callable[[str], None]) -> Selection:
     """The set of effects that fits best, by the first search, and by two others as long as a doubt is left.
 
     Where settings name common effects, the first search began with all of these at once, and there is no third one. A
@@ -205,7 +205,8 @@ def _search(problem: Problem, base: FittedHypothesis, progress: Callable[[str], 
         if not (is_kept and again.chosen.at_bound):
             selection = again
     selection = grown(problem, selection, progress)
-    return with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
+    selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
+    return without_untenable(problem, selection, extent, progress)
 
 
 def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:

@@ -170,6 +170,8 @@ def objected_to(effect: str, objected: Sequence[Objection]) -> Objected:
         return Objected.EFFECT
     if any(not objection.effects and not objection.is_of_errors for objection in objected):
         return Objected.SET
+    if any(objection.is_of_errors for objection in objected):
+        return Objected.AUTOCORRELATED
     return Objected.OTHERS if objected else Objected.NOTHING
 
 

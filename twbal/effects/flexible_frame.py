@@ -30,7 +30,7 @@ class FlexibleFrame(BodyEffect):
     frequency: float = parameter(
         "at which it would swing if the rest stood still",
         "Hz",
-        (1.5, 20.0),
+        (1.5, 15.0),
         start=5.0,
         value=5.0,
         neutral=5.0,

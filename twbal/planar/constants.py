@@ -182,3 +182,42 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         FilterTimes(q[Quantity.TILT_FILTER_RATE], q[Quantity.TILT_FILTER_LEAD]),
         step,
     )
+
+
+@kernel(is_inlined=True)
+def with_step(k: Constants, step: float) -> Constants:
+    """The constants integrated at another physics step [s]; some ten times as fast as `constants`."""
+    time_constant = k.fade * k.step / k.lag
+    lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
+    return Constants(
+        k.a,
+        k.b,
+        k.c,
+        k.d,
+        k.offset,
+        k.turn,
+        k.radius,
+        k.mass,
+        k.arm,
+        k.swing,
+        k.play,
+        k.slope,
+        k.apart,
+        k.geared,
+        k.coulomb,
+        k.viscous,
+        k.breakaway,
+        k.stribeck_rate,
+        k.rolling,
+        k.rolling_viscous,
+        k.grip,
+        k.creep,
+        k.pushed,
+        k.delay,
+        lag,
+        lag * time_constant / step if time_constant > 0.0 else 0.0,
+        k.slew * step / k.step if k.slew < UNBOUNDED else UNBOUNDED,
+        k.imu_delay,
+        k.filter,
+        step,
+    )

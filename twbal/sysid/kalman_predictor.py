@@ -16,7 +16,7 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.sine_cosine import SineCosine, sine_and_cosine
 from twbal.planar.actuation import EVEN
-from twbal.planar.constants import Constants, constants
+from twbal.planar.constants import Constants, constants, with_step
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
 from twbal.planar.planar_state import PlanarState, Turning
@@ -187,7 +187,7 @@ def run_predictor(
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
         states: (T + 1, 15), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
-    k = constants(p, period / substeps)
+    nominal = k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
     heading, now, facing = 0.0, 0, sine_and_cosine(0.0)
@@ -199,7 +199,7 @@ def run_predictor(
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading, facing.cosine, facing.sine)
             if len(instants) > 0:
                 lasts, time = instants[n] - instants[n - 1], instants[n]
-                k = constants(p, lasts / substeps)
+                k = with_step(nominal, lasts / substeps)
             else:
                 time = n * substeps * k.step
             before = s
