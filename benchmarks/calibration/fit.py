@@ -15,13 +15,10 @@ from twbal.diagnosis.calibration import EDGE, Calibration, FittedOn, Objected, r
 
 _BEFORE = {
     Objected.NOTHING: 0.98,
-    Objected.OTHERS: 0.91,
-    Objected.AUTOCORRELATED: 0.91,
-    Objected.SET: 0.79,
+    Objected.OTHERS: 0.87,
     Objected.EFFECT: 0.31,
 }
-"""Means of the priors of the shares: by hand, near what proved right on 72 other robots by an earlier version (35 of
-36, 15 of 18 and 7 of 15 with an objection), and lower for an objection to the effect itself."""
+"""Means of the priors of the shares, by hand."""
 
 _SD = 1.0  # of the prior of all coefficients, in log odds; those of intercept and slope are about no correction
 _FOLDS = 5  # into which robots are divided for the reliability

@@ -9,9 +9,7 @@ from twbal.diagnosis.calibration import Objected, calibration, reliability
 _SURE = 0.9  # probability before its correction, from which on an effect counts as sure
 _WHAT = {
     Objected.NOTHING: "nothing",
-    Objected.OTHERS: "other effects",
-    Objected.AUTOCORRELATED: "residuals that stayed autocorrelated",
-    Objected.SET: "the set as a whole, such as a data sheet far out of its tolerances",
+    Objected.OTHERS: "other effects, or the set as a whole (residuals stayed autocorrelated, ...)",
     Objected.EFFECT: "the effect itself",
 }
 

@@ -64,3 +64,9 @@ def test_reliability_counts_by_range():
     low, high = reliability([0.01, 0.05, 0.99, 1.0], [False, True, True, True])
     assert (low.pairs, low.right, high.low, high.right) == (2, 0.5, 0.9, 1.0)
     assert high.said == pytest.approx(0.995)
+
+
+def test_what_earlier_versions_objected_to_is_still_read():
+    assert Objected("set") is Objected.OTHERS
+    with pytest.raises(ValueError, match="nobody"):
+        Objected("nobody")

@@ -79,12 +79,9 @@ def test_an_equivalent_that_mostly_does_something_else_is_listed_of_its_own(weig
     [
         ("a", (), Objected.NOTHING),
         ("a", (Objection("not a", ("a",)), Objection("nothing", ())), Objected.EFFECT),
-        ("a", (Objection("not a", ("a",)), Objection("more", is_of_errors=True)), Objected.EFFECT),
-        ("b", (Objection("nothing"),), Objected.SET),
-        ("b", (Objection("nothing"), Objection("more", is_of_errors=True)), Objected.SET),
+        ("b", (Objection("nothing"),), Objected.OTHERS),
         ("b", (Objection("not a", ("a",)),), Objected.OTHERS),
-        ("b", (Objection("more", is_of_errors=True),), Objected.AUTOCORRELATED),
-        ("b", (Objection("not a", ("a",)), Objection("more", is_of_errors=True)), Objected.AUTOCORRELATED),
+        ("b", (Objection("weights", ("a",), is_of_weights=True),), Objected.NOTHING),
     ],
 )
 def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_set(effect, objected, expected):
@@ -110,7 +107,7 @@ def test_of_several_sizes_the_larger_one_counts():
 def test_rollouts_that_get_worse_leave_nothing_named_and_no_share():
     (found,) = contradicted([replace(EFFECT, share=0.7, uncalibrated=0.95)], "worse")
     assert not found.is_named
-    assert found.probability == calibration().corrected(0.95, Objected.SET)
+    assert found.probability == calibration().corrected(0.95, Objected.OTHERS)
     assert (found.share, found.objections) == (None, ("worse",))
 
 

@@ -31,13 +31,13 @@ class Objected(StrEnum):
 
     NOTHING = "nothing"
     OTHERS = "others"
-    """Other effects."""
-    AUTOCORRELATED = "autocorrelated"
-    """Residuals that stay autocorrelated, though not by far."""
-    SET = "set"
-    """The chosen set as a whole, such as a data sheet that is far off."""
+    """Other effects, or the chosen set as a whole: residuals that stay autocorrelated, a data sheet that is far off."""
     EFFECT = "effect"
     """The effect itself."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> "Objected | None":
+        return cls.OTHERS if value == "set" else None  # the whole set, in files of earlier versions
 
 
 class Bin(NamedTuple):

@@ -74,7 +74,7 @@ def contradicted(effects: Sequence[ProbableEffect], contradiction: str) -> tuple
         effects: before.
         contradiction: what the rollouts say, as a sentence.
     """
-    what = Objected.SET
+    what = Objected.OTHERS
     return tuple(
         replace(
             effect,

@@ -23,7 +23,6 @@ _DISCREPANCY = {
 _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
-_FAR = 4.0  # times the limit, from which on autocorrelated errors speak against the whole set
 _PULLED = 1.5  # tolerances by which a set may pull a value of the data sheet without another search or settled values
 
 
@@ -67,14 +66,12 @@ class Objection(NamedTuple):
     Attributes:
         text: a sentence.
         effects: names of those that it speaks against; none where it speaks against the whole set.
-        is_of_errors: whether it says no more than that the errors stay autocorrelated, and not by far.
         is_of_weights: whether it says no more than what the probabilities of sets say already.
         is_of_length: whether it says no more than that the recordings are short.
     """
 
     text: str
     effects: tuple[str, ...] = ()
-    is_of_errors: bool = False
     is_of_weights: bool = False
     is_of_length: bool = False
 
@@ -104,8 +101,7 @@ def objections(
     if chosen.autocorrelation > limit:
         said = f"The residuals stay autocorrelated: their Ljung-Box statistic is {chosen.autocorrelation:.3g} times "
         said += "that of white noise; "
-        is_near = chosen.autocorrelation < _FAR * limit
-        found.append(Objection(f"{said}the limit is {limit:.3g}.", is_of_errors=is_near))
+        found.append(Objection(f"{said}the limit is {limit:.3g}."))
     if not chosen.effects:
         found += _to_a_discrepancy(chosen.fit.model.noise, largest, settings)
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)

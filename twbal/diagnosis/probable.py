@@ -168,10 +168,6 @@ def objected_to(effect: str, objected: Sequence[Objection]) -> Objected:
     objected = [objection for objection in objected if not objection.is_of_weights]
     if any(effect in objection.effects for objection in objected):
         return Objected.EFFECT
-    if any(not objection.effects and not objection.is_of_errors for objection in objected):
-        return Objected.SET
-    if any(objection.is_of_errors for objection in objected):
-        return Objected.AUTOCORRELATED
     return Objected.OTHERS if objected else Objected.NOTHING
 
 

@@ -247,7 +247,7 @@ def _probable(
     error = float(np.hypot(chosen.error, settings.thresholds.form_error * chosen.value))
     estimate = Estimate(chosen.value, *interval(chosen.value, error), parameter.unit)
     weight = min(sum(weights[form.names] for form in near), 1.0)
-    what = Objected.SET if verdict is Verdict.UNKNOWN else Objected.NOTHING
+    what = Objected.OTHERS if verdict is Verdict.UNKNOWN else Objected.NOTHING
     effect = ProbableEffect(
         chosen.candidate.name,
         calibration().corrected(weight, what),
