@@ -7,7 +7,9 @@ import pytest
 
 from benchmarks.calibration.fit import fitted
 from benchmarks.other_robots.__main__ import written
+from twbal.core.errors import DataError
 from twbal.core.files import file_hash
+from twbal.core.json_records import decoded
 from twbal.diagnosis.calibration import Objected, calibration, reliability
 
 ROOT = Path(__file__).parents[2]
@@ -67,6 +69,6 @@ def test_reliability_counts_by_range():
 
 
 def test_what_earlier_versions_objected_to_is_still_read():
-    assert Objected("set") is Objected.OTHERS
-    with pytest.raises(ValueError, match="nobody"):
-        Objected("nobody")
+    assert decoded(Objected, "set", "objected") is Objected.OTHERS
+    with pytest.raises(DataError, match="objected must be one of 'nothing', 'others', 'effect'; found 'nobody'"):
+        decoded(Objected, "nobody", "objected")

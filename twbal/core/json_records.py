@@ -73,9 +73,11 @@ def decoded(kind: Any, value: Any, where: str) -> Any:
     if is_dataclass(kind) or hasattr(kind, "_fields"):
         return _decoded_record(kind, _items(value, where), where)
     if issubclass(kind, StrEnum):
-        if value not in list(kind):
-            raise DataError(f"{where} must be one of {', '.join(map(repr, map(str, kind)))}; found {_shown(value)}.")
-        return kind(value)
+        try:
+            return kind(value)
+        except ValueError:
+            known = ", ".join(map(repr, map(str, kind)))
+            raise DataError(f"{where} must be one of {known}; found {_shown(value)}.") from None
     accepted = (int, float) if kind is float else kind
     if (type(value) is bool) != (kind is bool) or not isinstance(value, accepted) or _is_beyond_floats(value):
         raise DataError(f"{where} must be a value of type {kind.__name__}; found {_shown(value)}.")
