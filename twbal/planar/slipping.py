@@ -16,6 +16,9 @@ from twbal.planar.planar_state import PlanarState, Turning
 def _traction(slip: float, mobility: float, grip: float, creep: float) -> float:
     """Traction of tyres in a physics step, by the slip that comes of it [N·s].
 
+    Tyres that creep are those of the brush model: below the speed v_c at which they slide, a slip at the speed v makes
+    a traction of 1 - (1 - v / v_c)³ of the bound.
+
     Args:
         slip: that there would be without traction [m/s].
         mobility: what a traction changes it by [1/kg].
@@ -39,9 +42,7 @@ def slide(
     r"""One step of a robot whose tyres may slip; backlash is left out.
 
     Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
-    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves. Tyres
-    that creep are those of the brush model: below the speed v_c at which they slide, a slip at the speed v makes a
-    traction of μ N (1 - (1 - v / v_c)³).
+    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves.
 
     Args: as of `twbal.planar.rolling.roll`.
     """

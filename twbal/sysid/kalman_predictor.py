@@ -152,6 +152,29 @@ def _carry(missing: Array, decay: Array, summed: float) -> None:
     missing[2] += added
 
 
+@kernel(is_inlined=True)
+def _compare(measured: Array, seen: Reading, missing: Array, error: Array) -> None:
+    """Write what is measured less what is predicted, with a model discrepancy, (4,)."""
+    error[0] = measured[0] - seen.tilt - missing[2]
+    error[1] = measured[1] - seen.tilt_rate - missing[3] - missing[5]
+    error[2] = measured[2] - seen.wheel_angle - missing[4]
+    error[3] = measured[3] - seen.wheel_rate
+
+
+@kernel(is_inlined=True)
+def _gained(gain: Array, error: Array) -> float:
+    """What a row of the gain (4,) makes of a prediction error (4,)."""
+    return float(gain[0] * error[0] + gain[1] * error[1] + gain[2] * error[2] + gain[3] * error[3])
+
+
+@kernel(is_inlined=True)
+def _correct_missing(missing: Array, gain: Array, error: Array, components: int) -> None:
+    """Correct a model discrepancy by a gain (S, 4) and a prediction error (4,)."""
+    for i in range(components):
+        for j in range(4):
+            missing[i] += gain[8 + i, j] * error[j]
+
+
 @kernel()
 def run_predictor(
     p: PlanarParameters,
@@ -191,17 +214,15 @@ def run_predictor(
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
     heading, now, facing = 0.0, 0, sine_and_cosine(0.0)
-    lasts, time = period, 0.0
     missing, error, imu = np.zeros(LASTING), np.zeros(4), imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
             now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading, facing.cosine, facing.sine)
+            lasts, time = period, n * substeps * k.step
             if len(instants) > 0:
                 lasts, time = instants[n] - instants[n - 1], instants[n]
                 k = with_step(nominal, lasts / substeps)
-            else:
-                time = n * substeps * k.step
             before = s
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu, instants)
             heading += lasts * turning.rate
@@ -212,20 +233,11 @@ def run_predictor(
                 s = _push(s, k, missing, pushes, facing, imu, now, substeps, late)
                 _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead, time)
-            error[0] = measured[n, 0] - seen.tilt - missing[2]
-            error[1] = measured[n, 1] - seen.tilt_rate - missing[3] - missing[5]
-            error[2] = measured[n, 2] - seen.wheel_angle - missing[4]
-            error[3] = measured[n, 3] - seen.wheel_rate
+            _compare(measured[n], seen, missing, error)
             instant = min(n, len(gains) - 1)
-            for i in range(len(decay)):
-                for j in range(4):
-                    missing[i] += gains[instant, 8 + i, j] * error[j]
-            tilt = wheel = tilt_rate = speed = 0.0
-            for j in range(4):
-                tilt += gains[instant, 0, j] * error[j]
-                wheel += gains[instant, 1, j] * error[j]
-                tilt_rate += gains[instant, 2, j] * error[j]
-                speed += gains[instant, 3, j] * error[j]
+            _correct_missing(missing, gains[instant], error, len(decay))
+            tilt, wheel = _gained(gains[instant, 0], error), _gained(gains[instant, 1], error)
+            tilt_rate, speed = _gained(gains[instant, 2], error), _gained(gains[instant, 3], error)
             s = moved(s, k, tilt, wheel, tilt_rate, speed, facing)
             imu[now, 0], imu[now, 1] = imu[now, 0] + tilt, imu[now, 1] + tilt_rate
             if late >= substeps:  # the call costs as much as a physics step even where it does nothing
