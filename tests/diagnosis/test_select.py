@@ -16,6 +16,7 @@ from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
+from twbal.diagnosis.objections import BOUNDLESS
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.model import Data
@@ -253,7 +254,7 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
         monkeypatch.setattr(name, stage, lambda *arguments, found=found: select.Selection(BASE, (), found))
     monkeypatch.setattr(name, "grown", lambda problem, selection, progress: selection)
     monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
-    found = name._search(problem(), BASE, lambda line: None)
+    found = name._search(problem(), BASE, BOUNDLESS, lambda line: None)
     assert (found.chosen is twice) is is_taken
 
 

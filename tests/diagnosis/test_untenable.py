@@ -1,5 +1,6 @@
 """An effect that can be no finding leaves a set where the others explain the data, told by sets set up by hand."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +10,7 @@ from test_likeliest import BASE, SETTINGS, SIZE
 from twbal.diagnosis import likeliest, select
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import BOUNDLESS, Objection
+from twbal.diagnosis.objections import BOUNDLESS, Objection, may_be_a_finding
 from twbal.sysid.model import FreeParameter
 from twbal.sysid.prediction_error_fit import Fit
 
@@ -40,7 +41,8 @@ def ended(monkeypatch):
         monkeypatch.setattr(select, "fit_hypothesis", fit)
         problem = select.Problem(None, None, (), (), SETTINGS)
         selection = select.Selection(BASE, (), chosen)
-        return likeliest.without_untenable(problem, selection, BOUNDLESS, lambda line: None), fits
+        explains = partial(may_be_a_finding, settings=SETTINGS)
+        return likeliest.without_untenable(problem, selection, BOUNDLESS, explains, lambda line: None), fits
 
     return end
 

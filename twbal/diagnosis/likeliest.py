@@ -8,7 +8,7 @@ and that the others do not need.
 from collections.abc import Callable
 
 from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round
-from twbal.diagnosis.objections import Extent, may_be_a_finding, to_bounds, to_slow_waves
+from twbal.diagnosis.objections import Extent, to_bounds, to_slow_waves
 from twbal.diagnosis.probable import Weights
 from twbal.diagnosis.select import Problem, Selection, without_redundant
 
@@ -45,18 +45,22 @@ def with_likeliest(
 
 
 def without_untenable(
-    problem: Problem, selection: Selection, extent: Extent, progress: Callable[[str], None]
+    problem: Problem,
+    selection: Selection,
+    extent: Extent,
+    explains: Callable[[FittedHypothesis], bool],
+    progress: Callable[[str], None],
 ) -> Selection:
     """The selection, ended without effects that can be no finding, where the others explain the recordings.
 
     Such an effect has a parameter at a bound, or is a wave of which no recording holds enough periods. It often stands
-    for what the form of another effect differs by from the robot's. The others explain the recordings if they leave
-    little autocorrelation, with no parameter at a bound.
+    for what the form of another effect differs by from the robot's.
 
     Args:
         problem: what was selected from.
         selection: how it went.
         extent: how far the recordings go.
+        explains: whether a set explains the recordings.
         progress: is told what is being done, a line at a time.
     """
     chosen = selection.chosen
@@ -68,9 +72,9 @@ def without_untenable(
     none = {field: value for c in chosen.candidates if c.name in objected for field, value in c.none.items()}
     others = problem.fit(chosen.fit.model.put(none), tenable, FULL_ROUNDS)
     rounds = [*selection.rounds, Round(chosen, [], [others])]
-    if may_be_a_finding(others, problem.settings):
+    if explains(others):
         others = without_redundant(problem, others, selection.base, rounds=rounds)
-        if others.effects and may_be_a_finding(others, problem.settings):
+        if others.effects and explains(others):
             chosen = others
     return Selection(selection.base, tuple(rounds), chosen)
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -206,7 +207,7 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
             selection = again
     selection = grown(problem, selection, progress)
     selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
-    return without_untenable(problem, selection, extent, progress)
+    return without_untenable(problem, selection, extent, partial(may_be_a_finding, settings=settings), progress)
 
 
 def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
