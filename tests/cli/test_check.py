@@ -35,8 +35,8 @@ FAULTS = {
     "planar model": ("planar/dry_friction.py", "bound = 2.0 * k.coulomb", "bound = 1.5 * k.coulomb"),
     "predictor": (
         "sysid/kalman_predictor.py",
-        "tilt_rate += gains[instant, 2, j] * error[j]",
-        "tilt_rate += 0.5 * gains[instant, 2, j] * error[j]",
+        "tilt_rate, speed = _gained(gains[instant, 2], error)",
+        "tilt_rate, speed = 0.5 * _gained(gains[instant, 2], error)",
     ),
     "smoothing": ("models/recipe.py", "if self.smoothing is None:", "if True:"),
 }
