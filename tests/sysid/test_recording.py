@@ -7,14 +7,13 @@ from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.core.time_base import evened
 from twbal.sysid.recording import (
-    UnevenLoop,
     Usability,
     check_episodes,
     differenced_rates,
     read_recordings,
-    uneven_sum,
     what_is_not_used,
 )
+from twbal.sysid.uneven_loop import UnevenLoop, uneven_sum
 
 USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
 

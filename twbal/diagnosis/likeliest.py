@@ -53,8 +53,8 @@ def without_untenable(
 ) -> Selection:
     """The selection, ended without effects that can be no finding, where the others explain the recordings.
 
-    Such an effect has a parameter at a bound, or is a wave of which no recording holds enough periods. It often stands
-    for what the form of another effect differs by from the robot's.
+    Such an effect has a parameter at a bound, replaces the command, or is a wave of which no recording holds enough
+    periods. It often stands for what the form of another effect differs by from the robot's.
 
     Args:
         problem: what was selected from.
@@ -66,7 +66,7 @@ def without_untenable(
     chosen = selection.chosen
     objected = {name for o in (*to_bounds(chosen), *to_slow_waves(chosen, extent)) for name in o.effects}
     tenable = [candidate for candidate in chosen.candidates if candidate.name not in objected]
-    if not objected or not any(not candidate.in_data_sheet for candidate in tenable):
+    if not objected or all(candidate.in_data_sheet for candidate in tenable):
         return selection
     progress(f"fitting the others without {', '.join(sorted(objected))}")
     none = {field: value for c in chosen.candidates if c.name in objected for field, value in c.none.items()}

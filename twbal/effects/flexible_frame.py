@@ -30,7 +30,7 @@ class FlexibleFrame(BodyEffect):
     frequency: float = parameter(
         "at which it would swing if the rest stood still",
         "Hz",
-        (1.5, 15.0),
+        (1.5, 15.0),  # the robot rings faster: near half of a rate of 50 Hz, any error of form looks like it
         start=5.0,
         value=5.0,
         neutral=5.0,

@@ -186,7 +186,7 @@ def constants(p: PlanarParameters, step: float) -> Constants:
 
 @kernel(is_inlined=True)
 def with_step(k: Constants, step: float) -> Constants:
-    """The constants integrated at another physics step [s]; some ten times as fast as `constants`."""
+    """The constants for another physics step [s]: as those of `constants`, without going through the effects again."""
     time_constant = k.fade * k.step / k.lag
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     return Constants(

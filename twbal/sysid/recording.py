@@ -4,7 +4,6 @@ from collections import Counter
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
-from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -14,7 +13,8 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.time_base import LATE, Even, LoopJitter, evened, is_uneven, means_over_periods, pace_of, places_of
+from twbal.core.time_base import LATE, LoopJitter, evened, is_uneven, means_over_periods, pace_of, places_of
+from twbal.sysid.uneven_loop import UnevenLoop, loop_of
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
@@ -34,47 +34,6 @@ _DIFFERENCED = (
     ("wheel_angle", "wheel_rate", 0.1),
 )  # share of a rate's changes by which it may differ from the difference of its angle to be that
 _ODD = 0.05  # share of the samples that may be lost, or so late that they belong to another control period
-
-
-class UnevenLoop(NamedTuple):
-    """What was commanded and read at the instants of a loop that is not even.
-
-    Attributes:
-        instants: (T + 1,) of samples and commands by their stamps, increasing [s].
-        lateness: (T + 1,) of these instants beside those of an even loop, in control periods.
-        commands: (T,) [N·m]; commands[n] acted from instant n on, until the next one.
-        readings: (T + 1, 4) in the order of `MEASURED`, as they were read.
-        summed: (T + 1,) what each of its periods adds to a tilt that sums up the gyro, beyond what one of an even loop
-            would [rad]; see `uneven_sum`.
-    """
-
-    instants: Array
-    lateness: Array
-    commands: Array
-    readings: Array
-    summed: Array
-
-    def read(self, filter_rate: float, period: float) -> Array:
-        """The readings (T + 1, 4) with the tilt that a filter would have shown, had it summed up in even periods.
-
-        Args:
-            filter_rate: of the complementary filter that the tilt comes from; 0: it comes from none [1/s].
-            period: control period [s].
-        """
-        if filter_rate == 0.0:
-            return self.readings
-        from scipy.signal import lfilter  # loads slowly, and few loops are uneven
-
-        readings, kept = self.readings.copy(), np.exp(-filter_rate * period)
-        readings[:, 0] -= lfilter([1.0], [1.0, -kept], self.summed)
-        return readings
-
-    def part(self, begin: int, end: int) -> "UnevenLoop":
-        """What lies between two instants, which both belong to it."""
-        whole = slice(begin, end + 1)
-        instants = self.instants[whole] - self.instants[begin]
-        lateness, commands = self.lateness[whole], self.commands[begin:end]
-        return UnevenLoop(instants, lateness, commands, self.readings[whole], self.summed[whole])
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,38 +277,8 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES, uneven)
     usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
     smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
-    loop = _loop(even, seen[:end, _TIME], measured[:end], robot.control_period)
+    loop = loop_of(even, seen[:end, _TIME], measured[:end], robot.control_period)
     return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed, loop)
-
-
-def _loop(even: Even, times: Array, measured: Array, period: float) -> UnevenLoop | None:
-    """The loop by which samples (T + 1, 4) were taken at `times` that were put on an even time base; None: it was even.
-
-    A lost row lies between its neighbours.
-    """
-    if not even.late.any():
-        return None
-    numbers = np.flatnonzero(even.measured)
-    instants = np.interp(np.arange(len(even.values)), numbers, times - times[0])
-    readings = even.values[:, :-1].copy()
-    readings[numbers] = measured
-    summed = uneven_sum(even, readings[:, MEASURED.index("tilt_rate")])
-    return UnevenLoop(instants, even.late / period, even.sent, readings, summed)
-
-
-def uneven_sum(even: Even, rates: Array) -> Array:
-    """What each period of an uneven loop adds to a tilt that sums up the gyro, beyond an even one, (K + 1,) [rad].
-
-    A complementary filter adds up the gyro's reading times the time L since the one before. That is what the tilt gains
-    in that time, and half of L times the change of θ', where an even loop has the period in place of L. The filter
-    forgets the difference at its rate. At instants beside a lost row nothing is known of it.
-
-    Args:
-        even: the samples on an even time base.
-        rates: (K + 1,) of the tilt, as they were read [rad/s].
-    """
-    added = 0.5 * np.diff(even.late) * np.diff(rates)
-    return np.concatenate([[0.0], np.where(even.measured[1:] & even.measured[:-1], added, 0.0)])
 
 
 def differenced_rates(measured: Array, times: Array) -> set[str]:
