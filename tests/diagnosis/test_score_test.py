@@ -2,16 +2,18 @@
 
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.diagnosis import score_test
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods, score_candidates
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.model import Data, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.prediction_error_fit import Fit
 
@@ -93,6 +95,53 @@ def test_the_frequency_at_which_a_frame_rings_is_found_far_from_the_usual_one(pa
     (found,) = score_candidates(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), [candidate])
     assert found.gain > 100.0
     assert found.model.planar.flexible_frame_frequency == pytest.approx(frequency, rel=0.15)
+
+
+class LinearModel(NamedTuple):
+    """A model whose whitened errors are linear in its values, by field."""
+
+    values: dict[str, float]
+    apart = None
+
+    def put(self, values):
+        return LinearModel({**self.values, **values})
+
+    def value(self, field):
+        return self.values[field]
+
+
+def test_a_limit_that_another_value_stands_for_gains_what_least_squares_of_both_gain():
+    """Either alone makes the errors larger: the limit moves them by far more than it explains of them.
+
+    Truth: the least squares of the value at the limit that was found, and of the limit on a fine grid.
+    """
+    rng = np.random.default_rng(1)
+    by_value, explained = rng.standard_normal((2, 400))
+    by_limit = 8.0 * by_value + explained
+    noise = rng.standard_normal(400)
+    noise -= by_value * (by_value @ noise) / (by_value @ by_value)
+    errors = noise + 0.5 * (explained - by_value * (by_value @ explained) / (by_value @ by_value))
+
+    def white(model, kalman=None):
+        return errors - by_limit * (1.0 - model.value("cap_limit")) - by_value * model.value("gain")
+
+    data = SimpleNamespace(white=white, recordings=[np.zeros(100)])
+    free = FreeParameter("gain", -10.0, 10.0, 0.0, np.inf, 1e-5)
+    start = LinearModel({"gain": 0.0, "cap_limit": 1.0})
+    candidate = Candidate("cap", (CandidateParameter("limit", "", 0.0, 1.0, 0.5, 1.0),), (), (), "")
+    (found,) = score_candidates(data, Fit(start, (free,), 0.0, None, white(start)), [candidate])
+    most = max(
+        float(errors @ errors) - least_squares_left(errors - by_limit * away, by_value)
+        for away in np.linspace(0.0, 1.0, 1001)
+    )
+    assert found.gain == pytest.approx(most, rel=0.02)
+    assert most > 50.0
+    assert all(float(np.sum(white(start.put({"cap_limit": limit})) ** 2)) > errors @ errors for limit in (0.9, 0.5))
+
+
+def least_squares_left(errors, column):
+    """Sum of squares that one column leaves."""
+    return float(errors @ errors - (errors @ column) ** 2 / (column @ column))
 
 
 def test_no_frequency_is_tried_that_samples_hardly_show(paper):

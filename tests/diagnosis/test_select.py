@@ -235,7 +235,6 @@ def test_the_better_of_two_searches_stays(gain, is_taken, monkeypatch):
     once, twice = white_fit(500.0, "dead_zone"), white_fit(gain, "actuation_delay", "backlash")
     monkeypatch.setattr(tempered, "tempered_search", lambda *arguments: (twice, [Round(twice, [], [])]))
     monkeypatch.setattr(tempered, "without_redundant", lambda problem, chosen, base, rounds: chosen)
-    monkeypatch.setattr(tempered, "with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
     first = select.Selection(BASE, (), once)
     found = tempered.search_again(problem(), first, lambda line: None)
     assert (found.chosen is twice) is is_taken
@@ -252,34 +251,8 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
     monkeypatch.setattr(name, "is_doubtful", lambda chosen, settings: True)
     for stage, found in (("select", once), ("search_again", twice)):
         monkeypatch.setattr(name, stage, lambda *arguments, found=found: select.Selection(BASE, (), found))
-    monkeypatch.setattr(name, "grown", lambda problem, selection, progress: selection)
+    for stage in ("grown", "exchanged"):
+        monkeypatch.setattr(name, stage, lambda problem, selection, progress: selection)
     monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
     found = name._search(problem(), BASE, BOUNDLESS, lambda line: None)
     assert (found.chosen is twice) is is_taken
-
-
-@pytest.mark.parametrize(
-    ("score", "ends_with", "alike"),
-    [
-        (520.0, ("backlash", "coulomb_friction"), []),
-        (495.0, ("backlash", "dead_zone"), ["coulomb_friction"]),
-        (400.0, ("backlash", "dead_zone"), []),
-    ],
-    ids=["better", "as good", "worse"],
-)
-def test_what_is_hard_to_tell_from_an_effect_is_tried_in_its_place(score, ends_with, alike, monkeypatch):
-    lighter = [hypothesis(100.0, "dead_zone"), hypothesis(300.0, "backlash")]
-
-    def add_one(data, base, always, candidates, shortlist, rounds):
-        assert base is lighter[1]
-        assert [c.name for c in candidates] == ["coulomb_friction"]
-        return Round(base, [], [hypothesis(score, "backlash", "coulomb_friction")])
-
-    monkeypatch.setattr(select, "add_one", add_one)
-    few = problem()._replace(candidates=[candidate("coulomb_friction"), candidate("motor_lag")])
-    rounds = []
-    found = select.with_kin(few, CHOSEN, lighter, BASE, rounds)
-    assert found.names == ends_with
-    last = next(c for c in found.candidates if c.name != "backlash")
-    if found is CHOSEN:
-        assert select.substitutes(last, found, rounds, SETTINGS) == alike

@@ -10,7 +10,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import BIAS_TIME, LASTING, UNSENSED, NoiseModel
-from twbal.sysid.noise_fit import louder_sensors, refilter
+from twbal.sysid.noise_fit import louder_sensors, refilter, summed_gyro_noise
 
 SENSORS, TORQUES = np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08])
 BIAS = 5
@@ -19,12 +19,17 @@ FILTER = {"tilt_filter": {"rate": 1.5, "lead": 0.0}}
 
 def biased(recording, walk, rate, seed):
     """The recording of a gyro whose bias walks; a filter of the tilt adds it up, forgetting at a rate."""
-    rng, period = np.random.default_rng(seed), recording.period
-    bias = np.cumsum(walk * np.sqrt(period) * rng.standard_normal(len(recording) + 1))
-    tilt = np.zeros_like(bias)
+    rng = np.random.default_rng(seed)
+    bias = np.cumsum(walk * np.sqrt(recording.period) * rng.standard_normal(len(recording) + 1))
+    return off_by(recording, bias, rate)
+
+
+def off_by(recording, gyro, rate):
+    """The recording of a gyro whose readings (T + 1,) are off; a filter of the tilt adds that up, if at a rate."""
+    period, tilt = recording.period, np.zeros_like(gyro)
     for n in range(1, len(tilt)):
-        tilt[n] = np.exp(-rate * period) * tilt[n - 1] + period * bias[n - 1]
-    off = np.column_stack([tilt if rate else 0.0 * tilt, bias, 0.0 * bias, 0.0 * bias])
+        tilt[n] = np.exp(-rate * period) * tilt[n - 1] + period * gyro[n - 1]
+    off = np.column_stack([tilt if rate else 0.0 * tilt, gyro, 0.0 * gyro, 0.0 * gyro])
     return replace(recording, measured=recording.measured + off)
 
 
@@ -93,3 +98,31 @@ def test_the_noise_of_a_gyro_is_found_though_loud_torques_stood_for_it(paper):
         model = data.with_noise(model, 30)
     assert model.noise.sensors[1] == pytest.approx(SENSED["tilt_rate"], rel=0.15)
     assert (data.autocorrelation(data.errors(model, data.filter(model)), data.filter(model)) < 2.0).all()
+
+
+def test_noise_of_a_gyro_that_the_tilt_has_added_up_is_found_though_other_noise_stood_for_it(paper):
+    """Both do the same to the gyro's reading: a search that began with the one kind stayed there."""
+    recordings = []
+    for seed in (6, 7):
+        clean = synthetic_recording(paper, FILTER, seed=seed, periods=1500, tolerance=0.0)
+        noise = 0.06 * np.random.default_rng(seed).standard_normal(len(clean) + 1)
+        recordings.append(off_by(clean, noise, FILTER["tilt_filter"]["rate"]))
+    data, planar = Data(recordings, 10), planar_parameters(paper, FILTER)
+    misled = NoiseModel(np.array([0.003, 0.06, 0.001, 0.05]), np.array([0.02, 0.02]), np.full(LASTING, 1e-6))
+    model = Model(planar, 0.0, misled)
+    for _ in range(3):
+        model = data.with_noise(model, 30)
+    assert model.noise.discrepancy[3] == pytest.approx(0.06, rel=0.1)
+    together = np.hypot(model.noise.discrepancy[3], model.noise.sensors[1])
+    assert together == pytest.approx(np.hypot(0.06, SENSED["tilt_rate"]), rel=0.05)
+
+
+def test_where_no_filter_adds_up_the_gyro_its_noise_is_its_own():
+    levels = np.array([0.01, 0.01, 0.001, 1e-6, 0.001, 0.001])
+    noise = NoiseModel(SENSORS, TORQUES, levels)
+    assert summed_gyro_noise(noise, 0.0) is None
+    assert summed_gyro_noise(noise._replace(discrepancy=np.zeros(LASTING)), 0.02) is None
+    found = summed_gyro_noise(noise, 0.02)
+    assert found.discrepancy[3] == SENSORS[1]
+    assert found.sensors[1] < SENSORS[1]
+    assert summed_gyro_noise(found, 0.02) is None

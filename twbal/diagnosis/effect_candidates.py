@@ -1,13 +1,14 @@
 """What the effects of the simulation tell a diagnosis."""
 
 from collections.abc import Sequence
+from math import sqrt
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.effects.effect import Effect
 from twbal.effects.library import library
-from twbal.effects.parameter import parameters_of
+from twbal.effects.parameter import Parameter, Scale, parameters_of
 
 _FASTEST = 0.4
 """Of frequencies, times the control period: samples hardly tell a faster one from one below half their rate."""
@@ -32,6 +33,17 @@ def candidates_for(robot: RobotParameters, include: Sequence[str] = ()) -> tuple
     )
 
 
+def _usual_share(p: Parameter, robot: RobotParameters) -> float:
+    """What the usual size of a parameter is multiplied by where the motors are far too strong for the robot.
+
+    Ranges of torques grow with the torque limit alone. The torques that a robot uses also grow with its weight.
+    """
+    if p.scale is not Scale.TORQUE:
+        return 1.0
+    lying = robot.body_mass * GRAVITY * robot.com_height
+    return sqrt(min(lying / robot.torque_limit, 1.0))
+
+
 def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candidate:
     parameters = []
     for key, p in parameters_of(kind).items():
@@ -42,7 +54,7 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
         if p.unit == "Hz":
             neutral = min(neutral, 0.99 * high)
-        start = min(size * p.start, high)
+        start = min(_usual_share(p, robot) * size * p.start, high)
         known = CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form, size * p.sd)
         parameters.append(known)
     return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by, kind.never_beside)

@@ -14,6 +14,7 @@ from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, log_offsets
 from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
+from twbal.diagnosis.exchange import exchanged
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.graded import widened_by
@@ -196,16 +197,19 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
     Where settings name common effects, the first search began with all of these at once, and there is no third one. A
     set with a parameter at a bound is no finding, so it does not take the place of one that may be.
     """
-    selection, settings = select(problem, base, progress), problem.settings
+    selection, settings = exchanged(problem, select(problem, base, progress), progress), problem.settings
     others = (search_again,) if settings.common_effects else (search_again, search_from_usual)
     for search in others if settings.tempered_search else ():
         if not is_doubtful(selection.chosen, settings):
             break
         again = search(problem, selection, progress)
+        if again.chosen is not selection.chosen:
+            again = exchanged(problem, again, progress)
         is_kept = selection.chosen.candidates and may_be_a_finding(selection.chosen, settings)
         if not (is_kept and again.chosen.at_bound):
             selection = again
-    selection = grown(problem, selection, progress)
+    larger = grown(problem, selection, progress)
+    selection = larger if larger.chosen is selection.chosen else exchanged(problem, larger, progress)
     selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
     return without_untenable(problem, selection, extent, partial(may_be_a_finding, settings=settings), progress)
 

@@ -14,7 +14,7 @@ from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
 from twbal.sysid.likelihood import whiten
-from twbal.sysid.model import Data, Model
+from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, descend, penalty, slopes_of
 from twbal.sysid.recording import Recording
 
@@ -25,8 +25,7 @@ _LIMITS = (
     *(0.05, 0.03, 0.015, 0.005, 0.0015, 0.0005, 0.00015),
 )
 """Shares of the highest value at which a limit is tried."""
-_BETWEEN = 3  # values that are tried between the least limit that changes nothing and the next one
-_FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
+_BETWEEN = 7  # values that are tried between the least limit that changes nothing and the next one
 _IDLE = 1e-6  # squared change of the whitened errors below which a value changes nothing
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
@@ -113,8 +112,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     """Try several sizes of a candidate, shares of the way from none to its start.
 
     What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
-    cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with the
-    data sheet put back, where the lack of the candidate has pulled it far away.
+    cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with what
+    the other values can make up for, to first order.
     """
     usual = values_of(candidate, "start")
     start = usual | _tone(data, fit, candidate)
@@ -127,8 +126,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
     shift = penalty(fit.free_parameters, fit.values)
-    far = shift > _FAR
-    best, gain = np.inf, -np.inf
+    best, gain, most = np.inf, -np.inf, 0.0
+    shifted: Model | None = None
     detectable = dict[float, float]()
     model = fit.model.put(now)
 
@@ -156,21 +155,31 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         small = abs(size) <= _SMALL and not own
         predicted = slope**2 / power if small and slope > 0.0 and power > _IDLE else 0.0
         cost = float(white @ white)
-        gain = max(gain, freed + predicted, freed + float(fit.white @ fit.white) - cost)
+        made_up = 2.0 * slope - power  # gained once the other free values make up for what they can
+        gain = max(gain, freed + predicted, freed + made_up, freed + float(fit.white @ fit.white) - cost)
+        if made_up > most:
+            most, shifted = made_up, _made_up(tried, free_parameters, normal @ (frozen.T @ change))
         if size > 0.0 and not candidate.is_wave:  # sizes of a wave are those of the one that was found
             detectable[size] = power
         if cost < best:
             best, model = cost, tried
-        if far and not small:
-            home = tried.put({free.field: free.mean for free in free_parameters if np.isfinite(free.sd)})
-            cost = float(np.nan_to_num(np.sum(data.white(home, fit.kalman) ** 2), nan=np.inf))
-            gain = max(gain, shift + float(fit.white @ fit.white) - cost)
-            if cost - shift < best:
-                best, model = cost - shift, home
+    if shifted is not None:
+        moved = penalty(fit.free_parameters, np.array([shifted.value(free.field) for free in fit.free_parameters]))
+        cost = float(np.nan_to_num(np.sum(data.white(shifted, fit.kalman) ** 2), nan=np.inf))
+        model = shifted if cost + moved - shift < best else model
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
     return ScoredCandidate(candidate, gain, model, detectable)
+
+
+def _made_up(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:
+    """A model with other free values less by so much, within their bounds."""
+    moved = {
+        free.field: float(np.clip(model.value(free.field) - by, free.low, free.high))
+        for free, by in zip(free_parameters, back, strict=True)
+    }
+    return model.put(moved)
 
 
 def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:

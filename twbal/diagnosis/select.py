@@ -15,6 +15,7 @@ from twbal.sysid.model import Data, FreeParameter, Model
 
 _BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
 _BEGIN = 0.3  # share of their start values at which several effects begin at once
+_FAR_WORSE = 20.0  # times the least loss that is worth naming, from which on the noise need not be fitted to be sure
 _MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
 
 
@@ -244,33 +245,6 @@ def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
     return Round(chosen, [], sorted(in_threads(problem.fit_at_once, tried), key=lambda w: w.bic))
 
 
-def with_kin(
-    problem: Problem,
-    chosen: FittedHypothesis,
-    lighter: Sequence[FittedHypothesis],
-    base: FittedHypothesis,
-    rounds: list[Round],
-) -> FittedHypothesis:
-    """The better of a set and those with an effect in the place of one that it is hard to tell from.
-
-    Args:
-        problem: what is selected from.
-        chosen: the set.
-        lighter: the set without each of its candidates, in their order.
-        base: the data sheet refitted.
-        rounds: to which what was fitted is added.
-    """
-    tried = []
-    for out, less in zip(chosen.candidates, lighter, strict=True):
-        kin = [candidate for candidate in problem.beside(chosen) if candidate.name in out.hard_to_tell_from]
-        if kin:
-            step = add_one(problem.data, less, problem.always, kin, len(kin), problem.rounds)
-            rounds.append(Round(less, [], [*step.hypotheses, chosen]))
-            tried += step.hypotheses
-    better = [w for w in tried if w.bic < chosen.bic - ALIKE and is_sound(w, base, problem.settings)]
-    return min(better, key=lambda w: w.bic) if better else chosen
-
-
 def without_redundant(
     problem: Problem,
     chosen: FittedHypothesis,
@@ -335,9 +309,13 @@ def _anew(problem: Problem, less: FittedHypothesis) -> FittedHypothesis:
 
 
 def without(problem: Problem, chosen: FittedHypothesis, candidate: Candidate) -> FittedHypothesis:
-    """A set without one of its candidates, fitted again."""
+    """A set without one of its candidates, fitted again; with the noise as it was where it is clearly worse by that."""
     rest = [other for other in chosen.candidates if other is not candidate]
-    return problem.fit(chosen.fit.model.put(candidate.none), rest, _LIGHTER_ROUNDS)
+    found = problem.fit(chosen.fit.model.put(candidate.none), rest, 0)
+    least = _min_score(candidate, problem.settings) * chosen.autocorrelation
+    if found.bic - chosen.bic > _FAR_WORSE * least:
+        return found
+    return problem.fit(found.fit.model, rest, _LIGHTER_ROUNDS)
 
 
 def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Sequence[Round]) -> FittedHypothesis:

@@ -16,7 +16,7 @@ from functools import partial
 from math import isfinite
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.select import Problem, Selection, with_kin, without_redundant
+from twbal.diagnosis.select import Problem, Selection, without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
 _SHORTLIST, _FULL_ROUNDS = 4, 2  # candidates that are fitted in each round; rounds of values and noise in turn
@@ -56,8 +56,6 @@ def better_of(
     found = without_redundant(problem, found, selection.base, rounds=rounds)
     if not found.candidates:
         return selection
-    progress(f"trying similar effects in the place of each of {', '.join(found.names)}")
-    found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
     if found.bic >= selection.chosen.bic:
         return selection
     return Selection(selection.base, (*selection.rounds, *rounds), found)

@@ -82,6 +82,8 @@ def fit_noise(
     low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(begin)] for limit in limits)
     begin = np.clip(begin, low, np.maximum(low, high))
     starts = _noise_starts(noise, afresh)
+    if (summed := summed_gyro_noise(noise, linear.summed)) is not None:
+        starts.append(np.log(np.maximum(_fitted_levels(summed), _LEAST_LEVEL)))
     if noise.has_discrepancy and (louder := louder_sensors(noise, errors, usable)) is not None:
         starts.append(np.log(_fitted_levels(louder)))
     found = [_descend(objective, start, low, high, iterations) for start in starts]
@@ -169,6 +171,25 @@ def _noise_starts(noise: NoiseModel, afresh: bool) -> list[Array]:
         shared = noise._replace(torques=both, discrepancy=np.append(_SHARED * both, noise.discrepancy[2:]))
         starts.append(np.log(_fitted_levels(shared)))
     return starts
+
+
+def summed_gyro_noise(noise: NoiseModel, summed: float) -> NoiseModel | None:
+    """Noise of the gyro that the tilt has added up, in the place of noise that it has not; None where it is so.
+
+    Where the tilt comes from a filter, all that the gyro reads is in it, with its noise. The two kinds of noise do the
+    same to the gyro's reading, so the likelihood has an optimum for each, and as it depends on the logarithm of a level
+    that is nearly nothing hardly at all, a search that begins with the one does not find the other.
+
+    Args:
+        noise: levels so far.
+        summed: time over which a filter adds up the gyro in a period [s]; 0 where the tilt comes from none.
+    """
+    own, added = noise.sensors[1], noise.discrepancy[3]
+    if not (noise.has_discrepancy and summed > 0.0 and added < own < 0.5 * UNSENSED):
+        return None
+    sensors, discrepancy = noise.sensors.copy(), noise.discrepancy.copy()
+    sensors[1], discrepancy[3] = _SHARED * own, own
+    return noise._replace(sensors=sensors, discrepancy=discrepancy)
 
 
 def louder_sensors(noise: NoiseModel, errors: Sequence[Array], usable: Sequence[Mask]) -> NoiseModel | None:

@@ -176,8 +176,8 @@ def refit(
         noise_iterations: of each fit of the noise, at most.
     """
     best = _with_determinants(data, descend(data, model, data.filter(model), free_parameters, iterations))
-    for _ in range(rounds):
-        begin, kalman = _likelier_noise(data, best, noise_iterations)
+    for number in range(rounds):
+        begin, kalman = _likelier_noise(data, best, noise_iterations, afresh=number == 0)
         found = _with_determinants(data, descend(data, begin, kalman, free_parameters, iterations))
         gained, best = best.cost - found.cost, found
         if gained < _CONVERGED:
@@ -197,7 +197,7 @@ def _log_determinants(data: Data, kalman: Filter) -> float:
     return float(sum(kalman.log_determinants[row].sum() for row in rows))
 
 
-def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filter]:
+def _likelier_noise(data: Data, fit: Fit, iterations: int, afresh: bool) -> tuple[Model, Filter]:
     """The model of a fit with other noise, and the filter of it, under which its recordings are likelier.
 
     The noise is fitted with the linear model. Where the true one slips or knocks, that foretells gains that are none:
@@ -207,8 +207,9 @@ def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filte
         data: recordings.
         fit: with a cost that includes the log determinants.
         iterations: of the fit of the noise, at most.
+        afresh: as of `noise_fit.fit_noise`.
     """
-    old, new = fit.model.noise, data.with_noise(fit.model, iterations).noise
+    old, new = fit.model.noise, data.with_noise(fit.model, iterations, afresh).noise
     for share in _NOISE_STEPS:
         levels = [before ** (1.0 - share) * after**share for before, after in zip(old, new, strict=True)]
         model = fit.model._replace(noise=NoiseModel(*levels))
