@@ -163,7 +163,8 @@ def slopes_by(free: FreeParameter, data: Data, model: Model, kalman: Filter, err
     nudges = (free.nudge, -free.nudge) if value + free.nudge <= free.high else (-free.nudge,)
     for nudge in nudges:
         moved = data.errors(model.put({free.field: value + nudge}), kalman)
-        slopes = [(after - before) / nudge for after, before in zip(moved, errors, strict=True)]
+        with np.errstate(over="ignore", invalid="ignore"):  # where predictions diverge
+            slopes = [(after - before) / nudge for after, before in zip(moved, errors, strict=True)]
         if all(np.isfinite(each).all() for each in slopes):
             return slopes
     return [np.zeros_like(each) for each in errors]

@@ -30,6 +30,7 @@ _IDLE = 1e-6  # squared change of the whitened errors below which a value change
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
+_PROMISING = 6  # others that are fitted so, for what they promise once other values make up for what they can
 _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
@@ -46,18 +47,21 @@ class ScoredCandidate(NamedTuple):
         model: with its values.
         detectable: by size, as a share of its start values: gain in -2 log likelihood that the candidate would have
             brought, had it been there at that size.
+        promised: gain that the other free values would bring it to, to first order, were they fitted as well.
     """
 
     candidate: Candidate
     gain: float
     model: Model
     detectable: Mapping[float, float]
+    promised: float = 0.0
 
 
 def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[ScoredCandidate]:
     """What every candidate would gain, the most promising first.
 
-    Those whose slopes predict most are fitted by a few steps; of the others no gain is claimed.
+    Those whose slopes predict most are fitted by a few steps, and some others that promise much if other values make up
+    for what they can; to first order, such promises are often too large. Of all others no gain is claimed.
 
     Args:
         data: recordings.
@@ -65,11 +69,13 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
         candidates: which it does not hold yet.
     """
     J = slopes_of(data, fit)
-    scored = in_threads(lambda each: _predict(data, fit, J, each), candidates)
-    predicted = sorted(scored, key=lambda each: -each.gain)
+    predicted = sorted(in_threads(lambda each: _predict(data, fit, J, each), candidates), key=lambda each: -each.gain)
     fitted = [each for each in predicted[:_FITTED] if each.gain > _LEAST]
+    others = sorted(predicted[len(fitted) :], key=lambda each: -each.promised)
+    fitted += [each for each in others[:_PROMISING] if each.promised > _LEAST]
     found = in_threads(lambda each: _fit_briefly(data, fit, J, each), fitted)
-    found += [each._replace(gain=min(each.gain, 0.0)) for each in predicted[len(fitted) :]]
+    names = {each.candidate.name for each in fitted}
+    found += [each._replace(gain=min(each.gain, 0.0)) for each in predicted if each.candidate.name not in names]
     return sorted(found, key=lambda each: -each.gain)
 
 
@@ -156,7 +162,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         predicted = slope**2 / power if small and slope > 0.0 and power > _IDLE else 0.0
         cost = float(white @ white)
         made_up = 2.0 * slope - power  # gained once the other free values make up for what they can
-        gain = max(gain, freed + predicted, freed + made_up, freed + float(fit.white @ fit.white) - cost)
+        gain = max(gain, freed + predicted, freed + float(fit.white @ fit.white) - cost)
         if made_up > most:
             most, shifted = made_up, _made_up(tried, free_parameters, normal @ (frozen.T @ change))
         if size > 0.0 and not candidate.is_wave:  # sizes of a wave are those of the one that was found
@@ -170,7 +176,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
-    return ScoredCandidate(candidate, gain, model, detectable)
+    return ScoredCandidate(candidate, gain, model, detectable, freed + most)
 
 
 def _made_up(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:

@@ -33,7 +33,6 @@ class WheelSlip(GroundEffect):
         start=0.015,
         value=0.0,
         changes=adds_to(Quantity.TYRE_CREEP),
-        covers_all=True,
         is_optional=True,
     )
     reference = "H. B. Pacejka: Tire and Vehicle Dynamics, 3rd ed., Butterworth-Heinemann, 2012."

@@ -227,7 +227,7 @@ def what_is_not_used(
         if fast > _ODD:
             found.append(
                 f"episode {name} turns faster than {usability.max_yaw_rate:.3g} rad/s in {fast:.0%} of its samples, "
-                f"which do not count{'' if name in read else ', and is left out'}; is its yaw rate in rad/s?"
+                f"which do not count{'' if name in read else ', and is left out'} (is its yaw rate in rad/s?)"
             )
         if robot is not None and len(episode):
             cut = float(np.mean(np.abs(episode.commands) > (1.0 + _ODD) * robot.torque_limit))
