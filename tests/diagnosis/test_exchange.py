@@ -88,7 +88,7 @@ def test_a_single_effect_stays(exchange_effects):
 
 
 def test_an_effect_at_a_bound_takes_no_place(exchange_effects, monkeypatch):
-    monkeypatch.setattr(exchange, "is_sound", lambda hypothesis, base, settings: False)
+    monkeypatch.setattr(select.Problem, "is_sound", lambda problem, hypothesis, base: False)
     found, _ = exchange_effects(LOST + 100.0, 560.0)
     assert found.chosen is CHOSEN
 

@@ -156,7 +156,7 @@ def test_instants_that_do_not_count_are_not_taken_for_enough_and_said(paper, fas
         read_recordings([turning], ["run"], paper, usability)
         assert said in what_is_not_used([turning], ["run"], ["run"], usability)[0]
     else:
-        with pytest.raises(DataError, match=f"found 0 in 0 of 1 episodes.*{said}, and is left out; is its yaw rate"):
+        with pytest.raises(DataError, match=f"found 0 in 0 of 1 episodes.*{said}, and is left out .is its yaw rate"):
             read_recordings([turning], ["run"], paper, usability)
 
 

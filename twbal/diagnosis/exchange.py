@@ -15,7 +15,7 @@ from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round, bic_penalty
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
-from twbal.diagnosis.select import Problem, Selection, is_sound, without, without_redundant
+from twbal.diagnosis.select import Problem, Selection, without, without_redundant
 from twbal.diagnosis.tempered import added_to
 
 _TIMES = 4  # that an effect is exchanged, at most
@@ -55,7 +55,7 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
         progress(f"trying others in the place of each of {', '.join(chosen.names)}")
         fitted = in_threads(partial(_fitted, problem), _promising(problem, selection, rounds))
         rounds.append(Round(chosen, [], fitted))
-        better = [w for w in fitted if w.bic < chosen.bic - _BETTER and is_sound(w, selection.base, problem.settings)]
+        better = [w for w in fitted if w.bic < chosen.bic - _BETTER and problem.is_sound(w, selection.base)]
         if not better:
             return selection._replace(rounds=tuple(rounds))
         best = min(better, key=lambda w: w.bic)
