@@ -19,9 +19,9 @@ LEFT = 100.0  # score of the chosen set without either of its effects
 
 @pytest.fixture
 def exchange_effects(monkeypatch):
-    """How a selection ends where another effect promises a gain, and then scores so much in the place of one."""
+    """How a selection ends where another effect is predicted to gain so much, and then scores so much in one's place."""
 
-    def end(promised, score, chosen=CHOSEN, rounds=()):
+    def end(predicted, score, chosen=CHOSEN, rounds=()):
         tried = []
 
         def fit(data, model, always, candidates, rounds):
@@ -30,7 +30,7 @@ def exchange_effects(monkeypatch):
             return hypothesis(score if len(names) == 2 else LEFT, *names)
 
         def scores(data, fit, candidates):
-            return [ScoredCandidate(each, promised, None, {}) for each in candidates]
+            return [ScoredCandidate(each, predicted, None, {}) for each in candidates]
 
         monkeypatch.setattr(select, "fit_hypothesis", fit)
         monkeypatch.setattr(exchange, "score_candidates", scores)
@@ -65,7 +65,7 @@ def test_one_that_explains_no_more_does_not(exchange_effects, score):
     assert any(OTHER.name in w.names for w in found.sets)
 
 
-def test_one_that_promises_too_little_is_not_fitted(exchange_effects):
+def test_one_that_is_predicted_to_gain_too_little_is_not_fitted(exchange_effects):
     found, tried = exchange_effects(0.2 * LOST, 560.0)
     assert found.chosen is CHOSEN
     assert not any(OTHER.name in names for names in tried)

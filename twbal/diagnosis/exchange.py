@@ -2,7 +2,7 @@
 
 A search adds one effect after the other. What it added first had to do the work of others that were still missing, and
 may be the wrong one. Beside the others it is seen what can take its place: each effect goes in turn, and all candidates
-are scored beside what is left. Only exchanges that promise to make up for what the effect had gained are fitted. (This
+are scored beside what is left. Only exchanges that are predicted to gain about as much are fitted. (This
 is local search by exchange, as for the best subset of regressors: A. Miller: Subset Selection in Regression, 2nd ed.,
 Chapman & Hall/CRC, 2002, 3.6.)
 """
@@ -21,7 +21,7 @@ from twbal.diagnosis.tempered import added_to
 _TIMES = 4  # that an effect is exchanged, at most
 _IN_PLACE, _FITTED = 2, 6  # exchanges that are fitted, at most: of one effect, and of all
 _ROUNDS = 2  # of values and noise in turn, of each that is fitted
-_MADE_UP = 0.5  # share of what an effect gained that another one must promise, as the noise is not fitted for a promise
+_MADE_UP = 0.5  # share of what an effect gained that another must be predicted to gain; predictions leave the noise
 _CLOSE = 50.0  # in -2 log likelihood, by which it may fall short of that
 _BETTER = 6.0  # gain in BIC by which an exchange must be better, so that it is none between effects that do the same
 
@@ -32,12 +32,12 @@ class _Exchange(NamedTuple):
     Attributes:
         rest: the set without the other.
         scored: the effect, beside the rest.
-        promised: its gain less its penalty, over what the other one had gained.
+        ratio: its predicted gain less its penalty, over what the other one had gained.
     """
 
     rest: FittedHypothesis
     scored: ScoredCandidate
-    promised: float
+    ratio: float
 
 
 def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
@@ -53,7 +53,7 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
         if len(chosen.candidates) < 2:
             break
         progress(f"trying others in the place of each of {', '.join(chosen.names)}")
-        fitted = in_threads(partial(_fitted, problem), _promising(problem, selection, rounds))
+        fitted = in_threads(partial(_fitted, problem), _best_predicted(problem, selection, rounds))
         rounds.append(Round(chosen, [], fitted))
         better = [w for w in fitted if w.bic < chosen.bic - _BETTER and problem.is_sound(w, selection.base)]
         if not better:
@@ -68,8 +68,8 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
     return selection
 
 
-def _promising(problem: Problem, selection: Selection, rounds: list[Round]) -> list[_Exchange]:
-    """Exchanges that may be better, the most promising first.
+def _best_predicted(problem: Problem, selection: Selection, rounds: list[Round]) -> list[_Exchange]:
+    """Exchanges that may be better, those with the largest ratio first.
 
     What was scored and fitted beside a set in an earlier round is not tried again.
 
@@ -86,7 +86,7 @@ def _promising(problem: Problem, selection: Selection, rounds: list[Round]) -> l
     found = list[_Exchange]()
     for candidate, rest in zip(out, lighter, strict=True):
         found += _in_place(problem, chosen, candidate, rest)
-    return sorted(found, key=lambda each: -each.promised)[:_FITTED]
+    return sorted(found, key=lambda each: -each.ratio)[:_FITTED]
 
 
 def _in_place(problem: Problem, chosen: FittedHypothesis, out: Candidate, rest: FittedHypothesis) -> list[_Exchange]:

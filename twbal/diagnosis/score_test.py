@@ -30,7 +30,7 @@ _IDLE = 1e-6  # squared change of the whitened errors below which a value change
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
-_PROMISING = 6  # others that are fitted so, for what they promise once other values make up for what they can
+_BY_JOINT_GAIN = 6  # others that are fitted so, for their joint gain
 _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
@@ -47,21 +47,21 @@ class ScoredCandidate(NamedTuple):
         model: with its values.
         detectable: by size, as a share of its start values: gain in -2 log likelihood that the candidate would have
             brought, had it been there at that size.
-        promised: gain that the other free values would bring it to, to first order, were they fitted as well.
+        joint_gain: predicted to first order if the other free values were fitted with the candidate.
     """
 
     candidate: Candidate
     gain: float
     model: Model
     detectable: Mapping[float, float]
-    promised: float = 0.0
+    joint_gain: float = 0.0
 
 
 def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[ScoredCandidate]:
     """What every candidate would gain, the most promising first.
 
-    Those whose slopes predict most are fitted by a few steps, and some others that promise much if other values make up
-    for what they can; to first order, such promises are often too large. Of all others no gain is claimed.
+    Those whose slopes predict most are fitted by a few steps, and some others of a large joint gain, which is often
+    predicted too large. Of all others no gain is claimed.
 
     Args:
         data: recordings.
@@ -71,8 +71,8 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
     J = slopes_of(data, fit)
     predicted = sorted(in_threads(lambda each: _predict(data, fit, J, each), candidates), key=lambda each: -each.gain)
     fitted = [each for each in predicted[:_FITTED] if each.gain > _LEAST]
-    others = sorted(predicted[len(fitted) :], key=lambda each: -each.promised)
-    fitted += [each for each in others[:_PROMISING] if each.promised > _LEAST]
+    others = sorted(predicted[len(fitted) :], key=lambda each: -each.joint_gain)
+    fitted += [each for each in others[:_BY_JOINT_GAIN] if each.joint_gain > _LEAST]
     found = in_threads(lambda each: _fit_briefly(data, fit, J, each), fitted)
     names = {each.candidate.name for each in fitted}
     found += [each._replace(gain=min(each.gain, 0.0)) for each in predicted if each.candidate.name not in names]
