@@ -19,7 +19,7 @@ LEFT = 100.0  # score of the chosen set without either of its effects
 
 @pytest.fixture
 def exchange_effects(monkeypatch):
-    """How a selection ends where another effect is predicted to gain so much, and then scores so much in one's place."""
+    """How a selection ends where another effect is predicted to gain so much, and then scores so much in one place."""
 
     def end(predicted, score, chosen=CHOSEN, rounds=()):
         tried = []
