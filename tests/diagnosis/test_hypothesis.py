@@ -1,5 +1,7 @@
 """What is at a bound, and what swallows the commands."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hydra import compose
@@ -87,8 +89,22 @@ def test_what_has_no_ends_or_may_lie_at_them_has_no_bounds(paper):
     free_parameters = {free.name: free for candidate in candidates_for(paper) for free in candidate.free_parameters}
     for name in ("backlash.rotor_share", "cogging.phase"):
         assert not is_at_bound(free_parameters[name], free_parameters[name].high)
-    for name in ("backlash.gap", "cogging.torque", "rotor_inertia.share"):
+    for name in ("backlash.gap", "cogging.torque", "rotor_inertia.share", "wheel_slip.creep"):
         assert is_at_bound(free_parameters[name], free_parameters[name].high)
+
+
+@pytest.mark.parametrize(("strength", "share"), [(0.5, 1.0), (1.0, 1.0), (50.0, np.sqrt(1.0 / 50.0))])
+def test_usual_torques_of_motors_that_are_too_strong_for_the_weight_are_less(paper, strength, share):
+    """Ranges stay, and sizes that are no torques. The strength: the torque limit over what holds the robot level."""
+    robot = replace(paper, torque_limit=strength * paper.body_mass * 9.81 * paper.com_height)
+    scale = robot.torque_limit / paper.torque_limit
+    before, after = ({c.name: c.parameters[0] for c in candidates_for(each)} for each in (paper, robot))
+    for name in ("coulomb_friction", "viscous_friction", "dead_zone"):
+        usual = before[name].start / np.sqrt(min(paper.body_mass * 9.81 * paper.com_height / paper.torque_limit, 1.0))
+        assert after[name].start == pytest.approx(share * scale * usual)
+        assert after[name].high == pytest.approx(scale * before[name].high)
+    for name in ("gyro_scale", "cable_spring", "actuation_delay"):
+        assert after[name].start == before[name].start
 
 
 def test_a_candidate_that_is_taken_away_leaves_nothing_behind(paper):

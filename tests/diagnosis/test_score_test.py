@@ -11,7 +11,14 @@ from synthetic_recordings import NOISE, synthetic_recording
 from twbal.diagnosis import score_test
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods, score_candidates
+from twbal.diagnosis.score_test import (
+    ScoredCandidate,
+    _over_angle,
+    _over_periods,
+    _Waves,
+    _within_periods,
+    score_candidates,
+)
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
@@ -137,6 +144,29 @@ def test_a_limit_that_another_value_stands_for_gains_what_least_squares_of_both_
     assert found.gain == pytest.approx(most, rel=0.02)
     assert most > 50.0
     assert all(float(np.sum(white(start.put({"cap_limit": limit})) ** 2)) > errors @ errors for limit in (0.9, 0.5))
+
+
+def test_large_joint_gains_of_many_leave_one_with_a_sure_gain_in_its_place(monkeypatch):
+    """They are predicted too large as a rule, and once a slope of the ground was not fitted for that."""
+    many = [Candidate(f"other_{i}", (), (), (), "") for i in range(30)]
+    sure, fitted = Candidate("ground_slope", (), (), (), ""), []
+
+    def predicted(data, fit, J, candidate):
+        is_sure = candidate is sure
+        return ScoredCandidate(candidate, 280.0 if is_sure else 1.0, None, {}, 300.0 if is_sure else 9000.0)
+
+    def fit_briefly(data, fit, J, scored):
+        fitted.append(scored.candidate.name)
+        return scored._replace(gain=280.0 if scored.candidate is sure else 3.0)
+
+    monkeypatch.setattr(score_test, "slopes_of", lambda data, fit: None)
+    monkeypatch.setattr(score_test, "_predict", predicted)
+    monkeypatch.setattr(score_test, "_fit_briefly", fit_briefly)
+    found = score_candidates(None, None, [*many, sure])
+    assert found[0].candidate is sure
+    assert sure.name in fitted
+    assert len(found) == 31
+    assert len(fitted) < 10
 
 
 def least_squares_left(errors, column):

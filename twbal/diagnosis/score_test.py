@@ -118,8 +118,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     """Try several sizes of a candidate, shares of the way from none to its start.
 
     What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
-    cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with what
-    the other values can make up for, to first order.
+    cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is. The joint
+    gain of a size is to first order, with the other free values where they make up for most of its change.
     """
     usual = values_of(candidate, "start")
     start = usual | _tone(data, fit, candidate)
@@ -132,8 +132,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
     shift = penalty(fit.free_parameters, fit.values)
-    best, gain, most = np.inf, -np.inf, 0.0
-    shifted: Model | None = None
+    best, gain, joint_gain = np.inf, -np.inf, 0.0
+    jointly: Model | None = None
     detectable = dict[float, float]()
     model = fit.model.put(now)
 
@@ -161,26 +161,26 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         small = abs(size) <= _SMALL and not own
         predicted = slope**2 / power if small and slope > 0.0 and power > _IDLE else 0.0
         cost = float(white @ white)
-        made_up = 2.0 * slope - power  # gained once the other free values make up for what they can
+        joint = 2.0 * slope - power
         gain = max(gain, freed + predicted, freed + float(fit.white @ fit.white) - cost)
-        if made_up > most:
-            most, shifted = made_up, _made_up(tried, free_parameters, normal @ (frozen.T @ change))
+        if joint > joint_gain:
+            joint_gain, jointly = joint, _less(tried, free_parameters, normal @ (frozen.T @ change))
         if size > 0.0 and not candidate.is_wave:  # sizes of a wave are those of the one that was found
             detectable[size] = power
         if cost < best:
             best, model = cost, tried
-    if shifted is not None:
-        moved = penalty(fit.free_parameters, np.array([shifted.value(free.field) for free in fit.free_parameters]))
-        cost = float(np.nan_to_num(np.sum(data.white(shifted, fit.kalman) ** 2), nan=np.inf))
-        model = shifted if cost + moved - shift < best else model
+    if jointly is not None:
+        moved = penalty(fit.free_parameters, np.array([jointly.value(free.field) for free in fit.free_parameters]))
+        cost = float(np.nan_to_num(np.sum(data.white(jointly, fit.kalman) ** 2), nan=np.inf))
+        model = jointly if cost + moved - shift < best else model
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
-    return ScoredCandidate(candidate, gain, model, detectable, freed + most)
+    return ScoredCandidate(candidate, gain, model, detectable, freed + joint_gain)
 
 
-def _made_up(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:
-    """A model with other free values less by so much, within their bounds."""
+def _less(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:
+    """A model with free values that are less by so much, within their bounds."""
     moved = {
         free.field: float(np.clip(model.value(free.field) - by, free.low, free.high))
         for free, by in zip(free_parameters, back, strict=True)
