@@ -14,7 +14,9 @@ from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import kalman_filter, linearise_period
 from twbal.sysid.kalman_predictor import predict
 from twbal.sysid.noise import LASTING, NoiseModel
+from twbal.sysid.open_loop import predict_open_loop
 from twbal.sysid.recording import Usability, read_recordings
+from twbal.sysid.uneven_loop import UnevenLoop
 
 PERIODS, SUBSTEPS = 1000, 20
 GAIN = np.array([60.0, 12.0, 4.0])  # of a regulator: tilt, tilt rate, speed
@@ -95,3 +97,40 @@ def test_constants_of_another_step_are_those_that_the_model_has_at_it(paper):
         found, expected = with_step(constants(planar, 0.002), 0.0013), constants(planar, 0.0013)
         for name, value, true in zip(expected._fields, found, expected, strict=True):
             assert value == pytest.approx(true), name
+
+
+def test_open_loop_predictions_start_from_states_at_the_instants_of_an_even_loop(paper):
+    """Of a robot without noise, so that all that is left of the errors is what the starts are off by."""
+    late = 0.2 * paper.control_period * np.clip(np.random.default_rng(0).standard_normal(PERIODS + 1), -2.0, 2.0)
+    late[0] = 0.0
+    planar, ahead, starts = planar_parameters(paper, {}), 8, np.arange(100, PERIODS - 8)
+    levels = NoiseModel(np.full(4, 1e-3), np.full(2, 1e-3), np.zeros(LASTING))
+    kalman = kalman_filter(linearise_period(planar, paper.control_period), levels)
+    errors = []
+    for lateness in (np.zeros(PERIODS + 1), late):
+        (recording,) = read_recordings([driven(paper, lateness, 0.0)], ["run"], paper, USABILITY)
+        states = predict(planar, recording, SUBSTEPS, 0.5 * paper.control_period / SUBSTEPS, kalman).states
+        for these in (states, recording.even_states(states)):
+            off, seen = np.zeros((len(starts), 8)), recording.measured[starts + ahead]
+            found = predict_open_loop(planar, recording, SUBSTEPS, these, starts, off, ahead, np.inf).readings[:, -1]
+            errors.append(np.sqrt(np.mean((found - seen) ** 2, axis=0)))
+    even, as_even, own_instants, even_instants = errors
+    assert (as_even == even).all()
+    assert (even_instants < 0.15 * own_instants).all()  # the mean of commands within a period leaves some
+
+
+def test_states_between_the_instants_of_a_loop_are_those_of_an_even_acceleration():
+    rng = np.random.default_rng(3)
+    lateness = np.concatenate([[0.0], rng.uniform(-0.4, 0.4, 20)])
+    instants = 0.02 * (np.arange(21) + lateness)
+    loop = UnevenLoop(instants, lateness, np.zeros(20), np.zeros((21, 4)), np.zeros(21))
+
+    def moving(t):
+        """Tilt, wheel, their rates, and a torque that grows evenly."""
+        states = np.zeros((len(t), 15))
+        states[:, 0], states[:, 2] = 0.1 + 3.0 * t - 20.0 * t**2, 3.0 - 40.0 * t
+        states[:, 1], states[:, 3], states[:, 4] = 5.0 * t**2, 10.0 * t, 0.3 * t
+        return states
+
+    found, expected = loop.even_states(moving(instants), 0.02), moving(0.02 * np.arange(21))
+    assert found[:-1] == pytest.approx(expected[:-1], abs=1e-12)

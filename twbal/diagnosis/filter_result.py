@@ -76,7 +76,7 @@ def one_step_errors(data: Data, model: Model, best: Model) -> tuple[Array, ...]:
             model.planar_for(number),
             recording,
             data.substeps,
-            prediction.states,
+            recording.even_states(prediction.states),
             starts,
             np.zeros((len(starts), 8)),
             1,
@@ -94,7 +94,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
     predictions = data.predictions(model, kalman)
     radius = constants(model.planar, data.period).radius
     trajectories = tuple(
-        _trajectory(radius, data.lead, recording, prediction.states)
+        _trajectory(radius, data.lead, recording, recording.even_states(prediction.states))
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)

@@ -66,6 +66,7 @@ def prediction_errors(data: Data, model: Model, plan: PredictionWindows, rng: np
     try:
         kalman, linear = data.filter(model), linearise_period(model.planar, data.period)
         errors, states = data.predictions(model, kalman)[0]
+        states = recording.even_states(states)
         sensors = _bounded(model.noise.sensors, errors[recording.usable])
         sds = _spread(linear, kalman, sensors)
     except (np.linalg.LinAlgError, ValueError):  # a simulation without a filter: its numbers are beyond floats

@@ -109,7 +109,7 @@ def predict_open_loop(
         planar: the model.
         recording: with the commands.
         substeps: physics steps of a control period.
-        states: (T + 1, 15), of `predict`: by the measurements up to each instant.
+        states: (T + 1, 15), of an even loop (`Recording.even_states`): by the measurements up to each instant.
         starts: (n,) instants, from `EARLIEST` to T - steps.
         off: (n, 8) by which the starts are off: tilt, wheel, tilt rate, wheel speed; then tilt and tilt rate of one
             control period before, and of two.

@@ -90,6 +90,10 @@ class Recording:
         """(T + 1, 4) as they were read, in the order of `MEASURED`, wherever their instants lie."""
         return self.measured if self.uneven is None else self.uneven.readings
 
+    def even_states(self, states: Array) -> Array:
+        """The predictor's states (T + 1, 15) at the instants of an even loop, at which `measured` is."""
+        return states if self.uneven is None else self.uneven.even_states(states, self.period)
+
     def commanded(self, change: Callable[[Array], Array]) -> "Recording":
         """The same with other commands, by what makes them (T,) of those that were sent (T,)."""
         if self.uneven is None:

@@ -6,8 +6,13 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.time_base import Even
+from twbal.planar.planar_state import PlanarState
 
 _TILT, _TILT_RATE = 0, 1  # columns, in the order of `recording.MEASURED`
+_ANGLES, _RATES = (
+    [PlanarState._fields.index(name) for name in names]
+    for names in (("tilt", "wheel", "rotor", "sway"), ("tilt_rate", "wheel_speed", "rotor_speed", "sway_rate"))
+)  # columns of the predictor's states
 
 
 class UnevenLoop(NamedTuple):
@@ -42,6 +47,23 @@ class UnevenLoop(NamedTuple):
         readings, kept = self.readings.copy(), np.exp(-filter_rate * period)
         readings[:, _TILT] -= lfilter([1.0], [1.0, -kept], self.summed)
         return readings
+
+    def even_states(self, states: Array, period: float) -> Array:
+        """The predictor's states (T + 1, 15) at the instants of an even loop, from those at its own instants.
+
+        Within a period of the loop all change evenly, and an angle as its rate does.
+
+        Args:
+            states: (T + 1, 15) as of `PredictorOutput`.
+            period: control period [s].
+        """
+        even = self.instants - self.lateness * period
+        found = np.column_stack([np.interp(even, self.instants, column) for column in states.T])
+        begin = np.clip(np.searchsorted(self.instants, even, side="right") - 1, 0, len(even) - 2)
+        since, until = even - self.instants[begin], self.instants[begin + 1] - even
+        slopes = (states[begin + 1][:, _RATES] - states[begin][:, _RATES]) / (since + until)[:, None]
+        found[:, _ANGLES] -= 0.5 * np.maximum(since * until, 0.0)[:, None] * slopes
+        return found
 
     def part(self, begin: int, end: int) -> "UnevenLoop":
         """What lies between two instants, which both belong to it."""
