@@ -59,6 +59,7 @@ class Quantity(IntEnum):
     SHAFT_ROTOR_SHARE = 32
     TYRE_CREEP = 33
     """Speed of slip below which the tyres creep, and above which they slide [m/s]."""
+    PRESLIDING = 34
 
 
 class Change(IntEnum):

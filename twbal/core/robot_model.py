@@ -157,6 +157,8 @@ class DriveTrain:
         rotor_share: share of the wheels' inertia that lies on the motors' side of that play.
         shaft_gap, shaft_rotor_share: the same, where the encoders sit on the motors' side of the play.
         imbalance: share by which the right motor is stronger than the mean of both.
+        presliding: angle of a wheel over which its dry friction grows after its rate changed sign, that of the ground,
+            too [rad]; 0: none.
     """
 
     coulomb_friction: float = 0.0
@@ -168,6 +170,7 @@ class DriveTrain:
     shaft_gap: float = 0.0
     shaft_rotor_share: float = 0.5
     imbalance: float = 0.0
+    presliding: float = 0.0
 
     def dry_friction(self, rate: float) -> float:
         """Largest dry friction of each joint [N·m] at a rate relative to the body [rad/s]."""

@@ -112,9 +112,9 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
 
 
 def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 15), of wheels of a radius [m]; its angles run ahead by a time."""
+    """The motion in the predictor's states (T + 1, 19), of wheels of a radius [m]; its angles run ahead by a time."""
     tilt, wheel, tilt_rate, wheel_speed, torque, rotor, rotor_speed, slip, position, _, *rest, _ = states.T
-    sway, sway_rate, x, y = rest
+    sway, sway_rate, x, y, *dry = rest
     return Trajectory(
         tilt=tilt - lead * tilt_rate,
         tilt_rate=tilt_rate,
@@ -130,6 +130,7 @@ def _trajectory(radius: float, lead: float, recording: Recording, states: Array)
         slip=slip,
         sway=sway,
         sway_rate=sway_rate,
+        dry=np.column_stack(dry),
         yaw_rate=recording.yaw_rate,
         heading=recording.heading,
     )

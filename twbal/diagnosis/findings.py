@@ -20,7 +20,7 @@ class Trajectory:
     """The motion that a model makes of a recording.
 
     It is the predictor's state at each control instant, with the measurements up to and at that instant taken in. All
-    are (T + 1,).
+    are (T + 1,) but for one.
 
     Attributes:
         tilt: [rad].
@@ -36,6 +36,8 @@ class Trajectory:
         slip: speed of the axle beyond that of wheels which roll [m/s].
         sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
         sway_rate: [m/s].
+        dry: (T + 1, 4) dry friction as of `PlanarState`: of the left joint, the right one, the left wheel on the ground
+            and the right one [N·m].
         yaw_rate: as measured [rad/s].
         heading: by which the robot has turned since the recording began [rad].
     """
@@ -54,6 +56,7 @@ class Trajectory:
     slip: Array
     sway: Array
     sway_rate: Array
+    dry: Array
     yaw_rate: Array
     heading: Array
 

@@ -236,6 +236,8 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int
             rotor_faster=trajectory.gap_rate[t],
             sway=trajectory.sway[t],
             sway_rate=trajectory.sway_rate[t],
+            joints=(float(trajectory.dry[t, 0]), float(trajectory.dry[t, 1])),
+            ground=(float(trajectory.dry[t, 2]), float(trajectory.dry[t, 3])),
         ),
         past_commands=recording.commands[:t],
         past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[past],

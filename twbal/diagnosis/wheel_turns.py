@@ -94,7 +94,7 @@ def turned_angle(
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
     s = PlanarState(
         s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position, torque, s.sway,
-        s.sway_rate, s.x, s.y,
+        s.sway_rate, s.x, s.y, s.left_joint, s.right_joint, s.left_ground, s.right_ground,
     )  # fmt: skip
     imu = imu_settled(k, s, 2 * substeps)
     for n in range(begin, begin + length):

@@ -54,6 +54,21 @@ class FilterTimes(NamedTuple):
     lead: float
 
 
+class DryFriction(NamedTuple):
+    """Of the joints and the ground.
+
+    Attributes:
+        coulomb, breakaway, stribeck_rate, presliding: as of `DriveTrain`.
+        rolling: of the ground, for each wheel [N·m].
+    """
+
+    coulomb: float
+    breakaway: float
+    stribeck_rate: float
+    rolling: float
+    presliding: float
+
+
 class Constants(NamedTuple):
     """The constants of the equations of motion, effects on body, drive, ground and delays applied.
 
@@ -72,8 +87,9 @@ class Constants(NamedTuple):
         slope: σ at the start [rad].
         apart: half the track over the wheels' radius.
         geared: part of the wheels' inertia that turns relative to the body [kg·m²].
-        coulomb, viscous, breakaway, stribeck_rate: of the joints, as of `DriveTrain`.
-        rolling, rolling_viscous, grip: of the ground, as of `Ground`.
+        dry: friction of joints and ground.
+        viscous: friction of the joints, as of `DriveTrain`.
+        rolling_viscous, grip: of the ground, as of `Ground`.
         creep: speed of slip at which the tyres slide [m/s].
         pushed: constant force at the axle beside those of effects [N].
         delay: of commands [s].
@@ -99,11 +115,8 @@ class Constants(NamedTuple):
     slope: float
     apart: float
     geared: float
-    coulomb: float
+    dry: DryFriction
     viscous: float
-    breakaway: float
-    stribeck_rate: float
-    rolling: float
     rolling_viscous: float
     grip: float
     creep: float
@@ -127,6 +140,18 @@ def _swing(q: Array) -> Swing:
     is_body = pitch > less and pitch + q[Quantity.TURN_INERTIA] >= 2.0 * less
     return Swing(
         mass, ratio * height, mass * pace * pace if is_body else nan, 2.0 * q[Quantity.SWING_DAMPING] * mass * pace
+    )
+
+
+@kernel()
+def _dry(q: Array) -> DryFriction:
+    """Dry friction, by the robot's quantities."""
+    return DryFriction(
+        q[Quantity.COULOMB_FRICTION],
+        q[Quantity.BREAKAWAY],
+        q[Quantity.STRIBECK_RATE],
+        q[Quantity.ROLLING_RESISTANCE],
+        q[Quantity.PRESLIDING],
     )
 
 
@@ -165,11 +190,8 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         q[Quantity.SLOPE],
         0.5 * p.track / r,
         geared,
-        q[Quantity.COULOMB_FRICTION],
+        _dry(q),
         q[Quantity.VISCOUS_FRICTION],
-        q[Quantity.BREAKAWAY],
-        q[Quantity.STRIBECK_RATE],
-        q[Quantity.ROLLING_RESISTANCE],
         q[Quantity.ROLLING_VISCOUS],
         q[Quantity.GRIP],
         q[Quantity.TYRE_CREEP],
@@ -204,11 +226,8 @@ def with_step(k: Constants, step: float) -> Constants:
         k.slope,
         k.apart,
         k.geared,
-        k.coulomb,
+        k.dry,
         k.viscous,
-        k.breakaway,
-        k.stribeck_rate,
-        k.rolling,
         k.rolling_viscous,
         k.grip,
         k.creep,

@@ -18,11 +18,11 @@ def joint_bound(k: Constants, relative: float, apart: float) -> float:
         relative: mean rate of the wheels relative to the body [rad/s].
         apart: by which one wheel is faster than that and the other slower [rad/s].
     """
-    bound = 2.0 * k.coulomb
-    if rarely(k.breakaway > 0.0):
+    bound = 2.0 * k.dry.coulomb
+    if rarely(k.dry.breakaway > 0.0):
         for rate in (relative + apart, relative - apart):
-            share = rate / k.stribeck_rate
-            bound += k.breakaway * exp(-share * share)
+            share = rate / k.dry.stribeck_rate
+            bound += k.dry.breakaway * exp(-share * share)
     return bound
 
 

@@ -56,6 +56,10 @@ def tipped(k: Constants, s: PlanarState, before: Turning, after: Turning) -> Pla
         s.sway_rate,
         s.x,
         s.y,
+        s.left_joint,
+        s.right_joint,
+        s.left_ground,
+        s.right_ground,
     )
 
 

@@ -30,6 +30,8 @@ from twbal.planar.planar_state import STRAIGHT, PlanarState, Turning
 from twbal.planar.sensing import imu_settled, read_sensors, see
 from twbal.planar.terms import drive
 
+_NOTHING = (0.0,) * (len(PlanarState._fields) - 7)
+
 
 @kernel(is_inlined=True)
 def hold(
@@ -97,6 +99,10 @@ def hold(
         s.sway_rate,
         s.x,
         s.y,
+        s.left_joint,
+        s.right_joint,
+        s.left_ground,
+        s.right_ground,
     )
 
 
@@ -113,7 +119,7 @@ def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_an
     """
     wheel = wheel_angle + tilt
     turning = speed / k.radius
-    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, *_NOTHING)
 
 
 class Seen(NamedTuple):

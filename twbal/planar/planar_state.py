@@ -23,6 +23,8 @@ class PlanarState(NamedTuple):
         sway: y, by which the part of the body that swings is ahead of where a rigid frame would hold it [m].
         sway_rate: [m/s].
         x, y: place of the axle, ahead of where the rollout began and to the left of that [m].
+        left_joint, right_joint, left_ground, right_ground: dry friction of the wheels in their joints and on the ground
+            in the last physics step, where it grows over an angle [N·m]; 0 where it does not.
     """
 
     tilt: float
@@ -39,6 +41,10 @@ class PlanarState(NamedTuple):
     sway_rate: float
     x: float
     y: float
+    left_joint: float
+    right_joint: float
+    left_ground: float
+    right_ground: float
 
 
 class Turning(NamedTuple):

@@ -2,10 +2,11 @@
 
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
+from twbal.planar.dry_friction import SWEEPS, cut, joint_bound
 from twbal.planar.forces import forces, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
+from twbal.planar.presliding import bent, bristles, rub_or_bend
 
 
 @kernel(is_inlined=True)
@@ -54,10 +55,13 @@ def roll(
 
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
-    ground = 2.0 * h * k.rolling
+    ground = 2.0 * h * k.dry.rolling
+    of_joint, of_ground = determinant / (a + 2.0 * coupling + c), determinant / c  # inertias against their changes
+    at_rest, faster = 2.0 * h * (k.dry.coulomb + k.dry.breakaway), k.apart * turning.rate
+    in_joints = bristles(k, s.left_joint, s.right_joint, wheel_speed - tilt_rate, of_joint, joint, at_rest, faster)
+    on_ground = bristles(k, s.left_ground, s.right_ground, wheel_speed, of_ground, ground, ground, faster)
     if joint > 0.0 or ground > 0.0 or loose:
         contact = rubbing = rolling = 0.0
-        of_joint = determinant / (a + 2.0 * coupling + c)  # inertia against a change of the joint's rate
         for _ in range(1 if (joint > 0.0) + (ground > 0.0) + loose == 1 else SWEEPS):
             before = contact, rolling, rubbing
             if rarely(loose):
@@ -67,12 +71,12 @@ def roll(
                 wheel_speed += w * change
                 tilt_rate += v * change
             if rarely(ground > 0.0):
-                change = rub(rolling, wheel_speed, determinant / c, ground, apart)
+                change = rub_or_bend(rolling, wheel_speed, of_ground, ground, apart, on_ground)
                 rolling += change
                 wheel_speed += w * change
                 tilt_rate += v * change
             if joint > 0.0:
-                change = rub(rubbing, wheel_speed - tilt_rate, of_joint, joint, apart)
+                change = rub_or_bend(rubbing, wheel_speed - tilt_rate, of_joint, joint, apart, in_joints)
                 rubbing += change
                 wheel_speed += (w - v) * change
                 tilt_rate += (v - q) * change
@@ -80,6 +84,7 @@ def roll(
                 break
     wheel, way = s.wheel + h * wheel_speed, h * k.radius * wheel_speed
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
+    joints, wheels = bent(in_joints, wheel_speed - tilt_rate), bent(on_ground, wheel_speed)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
@@ -95,4 +100,8 @@ def roll(
         sway_rate,
         s.x + way * turning.cosine,
         s.y + way * turning.sine,
+        joints[0] / h,
+        joints[1] / h,
+        wheels[0] / h,
+        wheels[1] / h,
     )

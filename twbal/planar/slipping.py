@@ -6,10 +6,11 @@ from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
+from twbal.planar.dry_friction import SWEEPS, cut, joint_bound
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
+from twbal.planar.presliding import bent, bristles, rub_or_bend
 
 
 @kernel(is_inlined=True)
@@ -69,7 +70,11 @@ def slide(
     mobility = w + r * r / spin  # of the slip, by traction
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
-    ground = 2.0 * h * k.rolling
+    ground = 2.0 * h * k.dry.rolling
+    of_joint, faster = spin / (1.0 + spin * q), k.apart * turning.rate
+    at_rest = 2.0 * h * (k.dry.coulomb + k.dry.breakaway)
+    in_joints = bristles(k, s.left_joint, s.right_joint, wheel_speed - tilt_rate, of_joint, joint, at_rest, faster)
+    on_ground = bristles(k, s.left_ground, s.right_ground, wheel_speed, spin, ground, ground, faster)
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
         before = traction, rolling, rubbing
@@ -78,10 +83,10 @@ def slide(
         speed += w * change
         tilt_rate += v * change
         wheel_speed -= r * change / spin
-        change = rub(rolling, wheel_speed, spin, ground, apart)
+        change = rub_or_bend(rolling, wheel_speed, spin, ground, apart, on_ground)
         rolling += change
         wheel_speed += change / spin
-        change = rub(rubbing, wheel_speed - tilt_rate, spin / (1.0 + spin * q), joint, apart)
+        change = rub_or_bend(rubbing, wheel_speed - tilt_rate, of_joint, joint, apart, in_joints)
         rubbing += change
         wheel_speed += change / spin
         tilt_rate -= q * change
@@ -90,6 +95,7 @@ def slide(
             break
     wheel, slip, way = s.wheel + h * wheel_speed, speed - r * wheel_speed, h * speed
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
+    joints, wheels = bent(in_joints, wheel_speed - tilt_rate), bent(on_ground, wheel_speed)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
@@ -105,4 +111,8 @@ def slide(
         sway_rate,
         s.x + way * turning.cosine,
         s.y + way * turning.sine,
+        joints[0] / h,
+        joints[1] / h,
+        wheels[0] / h,
+        wheels[1] / h,
     )

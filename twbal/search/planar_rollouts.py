@@ -136,7 +136,7 @@ def jolted(s: PlanarState, by: Array) -> PlanarState:
     rate, wheel, rotor = s.tilt_rate + by[0], s.wheel_speed + by[1], s.rotor_speed + by[1]
     return PlanarState(
         s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position, s.driver_torque, s.sway,
-        s.sway_rate, s.x, s.y,
+        s.sway_rate, s.x, s.y, s.left_joint, s.right_joint, s.left_ground, s.right_ground,
     )  # fmt: skip
 
 

@@ -111,15 +111,24 @@ class BulletRobot:
             self._client.resetJointState(self._id, _PART, state.sway, state.sway_rate)
 
     def hold(self, rate: float) -> None:
-        """Let the joints hold as far as dry friction does at a rate of the wheels relative to the body [rad/s]."""
+        """Let the joints hold as far as dry friction does at a rate of the wheels relative to the body [rad/s].
+
+        Friction that grows over an angle holds nothing by itself (`Presliding`).
+        """
+        force = 0.0 if self._drive.presliding else self._drive.dry_friction(rate)
         for wheel in _WHEELS:
             self._client.setJointMotorControl2(
-                self._id, wheel, pybullet.VELOCITY_CONTROL, targetVelocity=0, force=self._drive.dry_friction(rate)
+                self._id, wheel, pybullet.VELOCITY_CONTROL, targetVelocity=0, force=force
             )
 
-    def drive(self, torque: float) -> None:
-        """Give the joints their shares of a torque for the next physics step [N·m]."""
-        self._control(forces=[share * torque for share in self._shares])
+    def drive(self, torque: float, friction: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Give the joints their shares of a torque for the next physics step [N·m].
+
+        Args:
+            torque: of the motors.
+            friction: torques in the left joint and in the right one beside that.
+        """
+        self._control(forces=[share * torque + own for share, own in zip(self._shares, friction, strict=True)])
 
     def swing(self) -> None:
         """Let the spring of the part that swings act for the next physics step; needed where there is one."""

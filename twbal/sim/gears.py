@@ -3,9 +3,10 @@
 from dataclasses import replace
 
 from twbal.core.engine import RobotMotion
-from twbal.core.mobility import wheel_mobility
+from twbal.core.mobility import joint_mobility, wheel_mobility
 from twbal.core.robot_model import RobotModel
 from twbal.core.robot_parameters import RobotParameters
+from twbal.sim.presliding import Bristles
 
 
 class Gears:
@@ -29,15 +30,26 @@ class Gears:
             replace(robot, wheel_inertia=(1 - share) * robot.wheel_inertia) if loose else robot
         )
         self.friction_changes = drive.breakaway > 0
-        self.needed = loose or self.friction_changes
+        self._drive = drive
+        angle = drive.presliding if drive.dry_friction(0.0) else 0.0
+        self._bristles = Bristles(robot, angle, joint_mobility(self.robot), physics_step) if angle else None
+        self.needed = loose or self.friction_changes or self._bristles is not None
         self._half = 0.5 * gap
         self._rotors = 2 * share * robot.wheel_inertia
         self._mobility = wheel_mobility(self.robot)
         self._physics_step = physics_step
         self.reset()
 
-    def reset(self, ahead: float = 0.0, faster: float = 0.0) -> None:
-        """Put the rotors into the gap, `ahead` of the wheels, within the gap [rad], and `faster` than they [rad/s]."""
+    def reset(self, ahead: float = 0.0, faster: float = 0.0, friction: tuple[float, float] = (0.0, 0.0)) -> None:
+        """Begin a rollout.
+
+        Args:
+            ahead: of the wheels are the rotors, within the gap [rad].
+            faster: than the wheels are they [rad/s].
+            friction: in the left joint and the right one, where dry friction grows over an angle [N·m].
+        """
+        if self._bristles:
+            self._bristles.begin(friction)
         self._ahead, self._faster = ahead, faster
         self._rotor = self._rate = self._wheel_rate = self._contact = 0.0
         self._begins = True
@@ -50,6 +62,13 @@ class Gears:
             angle, rate = motion.wheel_angle + self._ahead, motion.wheel_rate + self._faster
             return motion._replace(wheel_angle=angle, wheel_rate=rate)
         return motion._replace(wheel_angle=self._rotor - motion.tilt, wheel_rate=self._rate - motion.tilt_rate)
+
+    def rub(self, motion: RobotMotion) -> tuple[float, float]:
+        """Dry friction in the left joint and the right one in the next step [N·m], where it grows over an angle."""
+        if self._bristles is None:
+            return 0.0, 0.0
+        bound, at_rest = (self._drive.dry_friction(rate) for rate in (motion.wheel_rate, 0.0))
+        return self._bristles.rub(motion.wheel_rate, motion.yaw_rate, bound, at_rest)
 
     def pass_on(self, torque: float, motion: RobotMotion) -> float:
         """Torque that the wheels get of what the motors make [N·m], for one physics step.

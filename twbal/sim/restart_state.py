@@ -17,6 +17,8 @@ class RestartState(NamedTuple):
         rotor_faster: than the wheels [rad/s].
         sway: of the part of the body that swings, ahead of where a rigid frame would hold it [m].
         sway_rate: [m/s].
+        joints, ground: dry friction in the left joint and the right one, and of the left wheel on the ground and the
+            right one, where it grows over an angle [N·m].
     """
 
     wheel_angle: float
@@ -30,3 +32,5 @@ class RestartState(NamedTuple):
     rotor_faster: float = 0.0
     sway: float = 0.0
     sway_rate: float = 0.0
+    joints: tuple[float, float] = (0.0, 0.0)
+    ground: tuple[float, float] = (0.0, 0.0)

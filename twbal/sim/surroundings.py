@@ -8,6 +8,7 @@ from twbal.core.mobility import wheel_mobility
 from twbal.core.plant import Pose
 from twbal.core.robot_model import AxleMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
+from twbal.sim.presliding import Bristles, cut
 from twbal.sim.restart_state import RestartState
 
 _SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
@@ -29,7 +30,7 @@ class OutsideForces:
     """What acts from outside.
 
     Dry rolling resistance is a torque within bounds that would stop the wheels in this step, beside one that it has
-    learned to hold them with: as the motor of an engine does it, but one step behind.
+    learned to hold them with: as the motor of an engine does it, but one step behind. Or it grows over an angle.
 
     Attributes:
         needed: whether there is anything to do in a step.
@@ -44,6 +45,8 @@ class OutsideForces:
         self._weight = (model.robot.body_mass + 2 * model.robot.wheel_mass) * GRAVITY
         self._physics_step = physics_step
         self._stopping = 1 / (physics_step * wheel_mobility(model.robot))  # torque that stops a rate in one step
+        angle, robot = model.drive.presliding if self._bound else 0.0, model.robot
+        self._bristles = Bristles(robot, angle, wheel_mobility(robot), physics_step) if angle else None
         self.needed = bool(self._bound or self._viscous or self.pushes)
         self.reset()
 
@@ -52,6 +55,8 @@ class OutsideForces:
         self._begun = begun or RestartState(0.0)
         self._ahead = cos(self._begun.heading), sin(self._begun.heading)
         self._position, self._time, self._held = self._begun.position, time, 0.0
+        if self._bristles:
+            self._bristles.begin(self._begun.ground)
 
     def act(self, motion: RobotMotion, pose: Pose, apart: float) -> Outside:
         """What acts in the step that begins with a motion.
@@ -63,10 +68,13 @@ class OutsideForces:
         """
         rate = motion.wheel_rate + motion.tilt_rate
         torque = -self._viscous * rate
-        if self._bound:
+        if self._bristles:
+            of_each = 0.5 * self._bound
+            torque += sum(self._bristles.rub(rate, motion.yaw_rate, of_each, of_each))
+        elif self._bound:
             stop = rate * self._stopping
-            self._held = _cut(self._held - _SHARE * stop, self._bound)
-            torque += _cut(self._held - stop, self._bound)
+            self._held = cut(self._held - _SHARE * stop, self._bound)
+            torque += cut(self._held - stop, self._bound)
         angle, force = motion.wheel_angle + motion.tilt, 0.0
         cosine, sine = self._ahead
         axle = AxleMotion(
@@ -87,7 +95,3 @@ class OutsideForces:
         self._position += self._physics_step * motion.speed
         self._time += self._physics_step
         return Outside(torque, force)
-
-
-def _cut(value: float, bound: float) -> float:
-    return min(max(value, -bound), bound)

@@ -98,7 +98,7 @@ class World(Engine):
         """
         self._first_acceleration = acceleration
         self._robot.restart(restart)
-        self._gears.reset(restart.rotor_ahead, restart.rotor_faster)
+        self._gears.reset(restart.rotor_ahead, restart.rotor_faster, restart.joints)
         self._surroundings.reset(restart, time)
 
     def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
@@ -148,7 +148,7 @@ class World(Engine):
             self._robot.hold(motion.wheel_rate)
         self._robot.swing()
         passed = self._gears.pass_on(torque, motion)
-        self._robot.drive(passed)
+        self._robot.drive(passed, self._gears.rub(motion))
         if passed != torque:  # the motors push themselves off the body, whatever their rotors meet
             self._robot.turn_body(passed - torque)
         around = self._surroundings.act(motion, pose, apart)

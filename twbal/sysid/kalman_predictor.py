@@ -28,6 +28,7 @@ from twbal.sysid.recording import Recording
 
 STATE_COLUMNS = len(PlanarState._fields) + 1
 """Columns of its states: `PlanarState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
+_NOTHING = (0.0,) * (len(PlanarState._fields) - 7)
 _RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
 
@@ -39,7 +40,7 @@ def _first(p: PlanarParameters, k: Constants, measured: Array, lead: float) -> P
     tilt = true.tilt + (lead + k.imu_delay) * rate
     speed = true.wheel_rate + rate
     wheel = true.wheel_angle + lead * true.wheel_rate + tilt
-    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, *_NOTHING)
 
 
 @kernel(is_inlined=True)
@@ -93,6 +94,10 @@ def moved(
         s.sway_rate,
         s.x + way * facing.cosine,
         s.y + way * facing.sine,
+        s.left_joint,
+        s.right_joint,
+        s.left_ground,
+        s.right_ground,
     )
 
 
@@ -208,7 +213,7 @@ def run_predictor(
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearPlanarModel` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 15), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        states: (T + 1, 19), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
     nominal = k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
@@ -253,7 +258,7 @@ class PredictorOutput(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 15), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        states: (T + 1, 19), `PlanarState` after the correction, and as of `STATE_COLUMNS`.
     """
 
     errors: Array

@@ -24,14 +24,17 @@ EARLIEST = _RING
 
 @kernel()
 def _state(x: Array) -> PlanarState:
-    return PlanarState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11], x[12], x[13])
+    return PlanarState(
+        x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8], x[9], x[10], x[11], x[12], x[13], x[14], x[15], x[16],
+        x[17],
+    )  # fmt: skip
 
 
 @kernel()
 def _seen(k: Constants, x: Array) -> tuple[float, float, float]:
     """What the IMU saw at an instant: a row of its past, as of `imu_settled`."""
     s = _state(x)
-    return filtered_tilt(k, s, x[14]), s.tilt_rate, x[14]
+    return filtered_tilt(k, s, x[18]), s.tilt_rate, x[18]
 
 
 @kernel()
@@ -109,7 +112,7 @@ def predict_open_loop(
         planar: the model.
         recording: with the commands.
         substeps: physics steps of a control period.
-        states: (T + 1, 15), of an even loop (`Recording.even_states`): by the measurements up to each instant.
+        states: (T + 1, 19), of an even loop (`Recording.even_states`): by the measurements up to each instant.
         starts: (n,) instants, from `EARLIEST` to T - steps.
         off: (n, 8) by which the starts are off: tilt, wheel, tilt rate, wheel speed; then tilt and tilt rate of one
             control period before, and of two.

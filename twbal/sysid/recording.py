@@ -91,7 +91,7 @@ class Recording:
         return self.measured if self.uneven is None else self.uneven.readings
 
     def even_states(self, states: Array) -> Array:
-        """The predictor's states (T + 1, 15) at the instants of an even loop, at which `measured` is."""
+        """The predictor's states (T + 1, 19) at the instants of an even loop, at which `measured` is."""
         return states if self.uneven is None else self.uneven.even_states(states, self.period)
 
     def commanded(self, change: Callable[[Array], Array]) -> "Recording":

@@ -49,12 +49,12 @@ class UnevenLoop(NamedTuple):
         return readings
 
     def even_states(self, states: Array, period: float) -> Array:
-        """The predictor's states (T + 1, 15) at the instants of an even loop, from those at its own instants.
+        """The predictor's states (T + 1, 19) at the instants of an even loop, from those at its own instants.
 
         Within a period of the loop all change evenly, and an angle as its rate does.
 
         Args:
-            states: (T + 1, 15) as of `PredictorOutput`.
+            states: (T + 1, 19) as of `PredictorOutput`.
             period: control period [s].
         """
         even = self.instants - self.lateness * period

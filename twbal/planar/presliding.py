@@ -1,0 +1,89 @@
+"""Dry friction that grows over an angle: gears and tyres bend before they slide."""
+
+from typing import NamedTuple
+
+from twbal.core.compiled import kernel, rarely
+from twbal.planar.constants import Constants
+from twbal.planar.dry_friction import cut, rub
+
+
+class Bristles(NamedTuple):
+    """Dry friction of both wheels at the start of a physics step, by the bristles that stand for it in such models.
+
+    Attributes:
+        left, right: impulses that it would have if the bristles stayed as they are [N·m·s].
+        left_stiffness, right_stiffness: by which these change with the wheels' rates [kg·m²].
+        bound: of each impulse [N·m·s].
+        apart: by which the right wheel is faster than the mean, and the left one slower [rad/s].
+    """
+
+    left: float
+    right: float
+    left_stiffness: float
+    right_stiffness: float
+    bound: float
+    apart: float
+
+
+RIGID = Bristles(0.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+"""Of dry friction that holds at once: it has no bristles."""
+
+
+@kernel(is_inlined=True)
+def bristles(
+    k: Constants, left: float, right: float, rate: float, inertia: float, bound: float, at_rest: float, apart: float
+) -> Bristles:
+    """Dry friction at the start of a step.
+
+    Over an angle x of the wheel its torque τ changes by dτ/dx = -(S / s) (1 + (τ / F) sgn ẋ), F being its bound at the
+    rate of the wheels, S that at rest, and s the angle of the presliding. (Where F is S: P. R. Dahl: Solid friction
+    damping of mechanical vibrations, AIAA Journal 14 (12), 1976. Else: C. Canudas de Wit, H. Olsson, K. J. Åström,
+    P. Lischinsky: A new model for control of systems with friction, IEEE Trans. Automatic Control 40 (3), 1995.)
+
+    Args:
+        k: constants of the planar model.
+        left, right: torques of the friction in the step before [N·m].
+        rate: mean of the wheels at the end of the step, without friction [rad/s].
+        inertia: against which an impulse on both changes that rate [kg·m²].
+        bound: of the impulse on both [N·m·s].
+        at_rest: the same at rest.
+        apart: as of `Bristles`.
+    """
+    if not rarely(k.dry.presliding > 0.0):
+        return RIGID
+    half, steepness = 0.5 * bound, 0.0
+    if bound > 0.0:
+        steepness = k.step * at_rest / (bound * k.dry.presliding)
+    left, right = cut(k.step * left, half), cut(k.step * right, half)
+    mean = rate + (left + right) / inertia
+    return Bristles(
+        left,
+        right,
+        steepness * (half + left if mean > apart else half - left),
+        steepness * (half + right if mean > -apart else half - right),
+        half,
+        apart,
+    )
+
+
+@kernel(is_inlined=True)
+def bent(b: Bristles, rate: float) -> tuple[float, float]:
+    """Impulses of the friction on the left wheel and the right one by their mean rate at a step's end [N·m·s].
+
+    0 without bristles.
+    """
+    if not rarely(b.bound >= 0.0):
+        return 0.0, 0.0
+    left = cut(b.left - b.left_stiffness * (rate - b.apart), b.bound)
+    return left, cut(b.right - b.right_stiffness * (rate + b.apart), b.bound)
+
+
+@kernel(is_inlined=True)
+def rub_or_bend(so_far: float, rate: float, inertia: float, bound: float, apart: float, b: Bristles) -> float:
+    """Change of the dry friction's impulse on both wheels; arguments as of `dry_friction.rub`, and its bristles."""
+    if not rarely(b.bound >= 0.0):
+        return rub(so_far, rate, inertia, bound, apart)
+    grown = b.left + b.right + (b.left_stiffness - b.right_stiffness) * b.apart
+    stiffness = b.left_stiffness + b.right_stiffness
+    left, right = bent(b, (inertia * rate - so_far + grown) / (inertia + stiffness))
+    return left + right - so_far
