@@ -13,6 +13,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
+from twbal.effects.library import library
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 MISSING = {
@@ -37,6 +38,7 @@ MISSING = {
     "imu_mount_angle": {"angle": -0.01},
     "motor_lag": {"time_constant": 0.01},
     "periodic_disturbance": {"force": 1.0, "frequency": 1.3, "phase": 2.0},
+    "presliding": {"angle": 0.005},
     "quadratic_drag": {"coefficient": 4.0},
     "rolling_resistance": {"torque": 0.1},
     "rolling_viscous": {"coefficient": 0.02},
@@ -162,11 +164,11 @@ EVERY = [
 @pytest.mark.slow
 @pytest.mark.parametrize("name", EVERY)
 def test_every_effect_is_named_on_data_of_the_planar_model(paper, name):
-    effects = {name: MISSING[name]}
+    effects = {other: MISSING[other] for other in (*library()[name].acts_on[:1], name)}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=20)])
     assert found.verdict is Verdict.NAMED
-    (effect,) = found.named_effects
-    assert name in (effect.name, *effect.equivalents)
+    assert len(found.named_effects) == len(effects)
+    assert all(any(one in (e.name, *e.equivalents) for e in found.named_effects) for one in effects)
 
 
 @pytest.mark.slow

@@ -60,10 +60,11 @@ def course(plant, commands):
 @pytest.mark.parametrize("name", library())
 def test_engine_and_planar_model_agree_on_what_an_effect_does(name, robot, commands):
     effect = instantiate(nodes()[name])
+    beside = [instantiate(nodes()[other]) for other in effect.acts_on[:1]]
     settings = {"robot": robot, "start": START, "physics_step": STEP, "seed": 0}
-    engine = course(SimPlant(effects=[effect], **settings), commands)
-    planar = course(PlanarPlant(effects=[effect], **settings), commands)
-    without = course(PlanarPlant(effects=[], **settings), commands)
+    engine = course(SimPlant(effects=[effect, *beside], **settings), commands)
+    planar = course(PlanarPlant(effects=[effect, *beside], **settings), commands)
+    without = course(PlanarPlant(effects=beside, **settings), commands)
     size = np.array([0.01, 0.1, 0.03, 0.3])  # below which an effect counts as no larger, by channel
     does = np.maximum(np.abs(planar - without).max(axis=0), size)
     assert (np.abs(planar - without).max(axis=0) > 0.1 * size).any(), f"{effect} shows nothing; choose another `value`"

@@ -1,5 +1,6 @@
 """What a diagnosis may name, and what is always free."""
 
+from collections.abc import Collection
 from math import isfinite
 from typing import NamedTuple
 
@@ -71,6 +72,7 @@ class Candidate(NamedTuple):
         hard_to_tell_from: effects that data of this kind hardly tell from it.
         separate_by: the experiment that would.
         never_beside: effects that no robot has beside it.
+        acts_on: effects of which a set must hold one, or it does nothing; empty where it acts alone.
     """
 
     name: str
@@ -79,6 +81,7 @@ class Candidate(NamedTuple):
     hard_to_tell_from: tuple[str, ...]
     separate_by: str
     never_beside: tuple[str, ...] = ()
+    acts_on: tuple[str, ...] = ()
 
     @property
     def in_data_sheet(self) -> bool:
@@ -106,6 +109,11 @@ class Candidate(NamedTuple):
         """Those of its parameters that say how large it is: the first, and others that do nothing at their low end."""
         more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
         return (self.parameters[0], *more)
+
+    def may_stand_beside(self, names: Collection[str]) -> bool:
+        """Whether a set of these effects may hold it, too."""
+        is_of_use = not self.acts_on or any(name in names for name in self.acts_on)
+        return is_of_use and not any(name in names for name in self.never_beside)
 
     def tempered(self, temperature: float) -> "Candidate":
         """The same for a likelihood to the power of one over the temperature: with priors narrower by its root."""

@@ -57,4 +57,5 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         start = min(_usual_share(p, robot) * size * p.start, high)
         known = CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form, size * p.sd)
         parameters.append(known)
-    return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by, kind.never_beside)
+    alike = kind.same_as, kind.nearly_same_as
+    return Candidate(name, tuple(parameters), *alike, kind.separate_by, kind.never_beside, kind.acts_on)

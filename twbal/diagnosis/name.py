@@ -243,7 +243,8 @@ def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settin
         known = ", ".join(candidate.name for candidate in candidates)
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.exclude}
-    return [c for c in candidates if c.name not in taken and not set(effects).intersection(c.never_beside)]
+    left = [c for c in candidates if c.name not in taken and not set(effects).intersection(c.never_beside)]
+    return [c._replace(acts_on=()) if set(effects).intersection(c.acts_on) else c for c in left]
 
 
 def first_noise(robot: RobotParameters, sensed: Mask) -> NoiseModel:

@@ -93,7 +93,7 @@ class Problem(NamedTuple):
     def beside(self, hypothesis: FittedHypothesis, out: Candidate | None = None) -> list[Candidate]:
         """Candidates that a set does not hold and that may stand in it, in the place of one that goes `out` if any."""
         rest = set(hypothesis.names) - ({out.name} if out else set())
-        return [c for c in self.candidates if c.name not in hypothesis.names and not rest.intersection(c.never_beside)]
+        return [c for c in self.candidates if c.name not in hypothesis.names and c.may_stand_beside(rest)]
 
     def shortened(self, instants: int) -> "Problem":
         """The same with the beginnings of the recordings, as many instants as asked for or a few more."""

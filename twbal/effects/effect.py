@@ -79,6 +79,7 @@ class Effect(ABC):
         same_as: names of effects that do exactly the same to everything the robot measures.
         nearly_same_as: names of effects that the robot's sensors and commands hardly tell from it.
         never_beside: names of effects that no robot has beside it.
+        acts_on: names of effects that it changes: it does nothing where there is none of them; empty: it acts alone.
         separate_by: the experiment that would.
         is_last: whether, in the planar model, it acts after the others of its place. (The last digits of a product
             depend on its order.)
@@ -93,6 +94,7 @@ class Effect(ABC):
     same_as: ClassVar[tuple[str, ...]] = ()
     nearly_same_as: ClassVar[tuple[str, ...]] = ()
     never_beside: ClassVar[tuple[str, ...]] = ()
+    acts_on: ClassVar[tuple[str, ...]] = ()
     separate_by: ClassVar[str]
     is_last: ClassVar[bool] = False
     diagnosed_separately: ClassVar[bool] = False
