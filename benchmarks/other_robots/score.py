@@ -1,12 +1,13 @@
 """What became of each set: which of what is hidden was said, how surely, and what was said that is not there."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from benchmarks.other_robots.kinds import ALIKE, ALL, FOREIGN, KNOWN_SINCE, equivalents
 
-TILT_FILTER = "tilt_filter"
+TILT_FILTER, PRESLIDING = "tilt_filter", "presliding"
+DRY = ("coulomb_friction", "stribeck_friction", "rolling_resistance")
 CLASSES = (
     ("gain, mass and inertia", {"torque_gain", "body_mass", "body_inertia"}),
     ("COM height and wheel radius", {"com_height", "wheel_radius"}),
@@ -38,13 +39,17 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     foreign = set(FOREIGN).difference(KNOWN_SINCE).union(label["left_out"])
     missing = [name for name in hidden if name in foreign]
     there = [name for name in hidden if name not in missing]
-    filtered = _tilt_filter(label)
+    filtered, bending = _tilt_filter(label), _presliding(there)
     if diagnosis is None:
         return {**known, "verdict": "no diagnosis", "hidden": dict.fromkeys(there, 0.0), "foreign": missing} | {
             "said": [], "intervals": [], "remains": False, "lost": _lost(hidden, {}),
         }  # fmt: skip
     said = [
-        {"name": e["name"], "probability": round(e["probability"], 4), "right": is_there(e, [*there, *filtered])}
+        {
+            "name": e["name"],
+            "probability": round(e["probability"], 4),
+            "right": is_there(e, [*there, *filtered, *bending]),
+        }
         | ({"uncalibrated": round(e["uncalibrated"], 6), "objected": e["objected"]} if "objected" in e else {})
         for e in diagnosis["effects"]
     ]
@@ -82,6 +87,14 @@ def _tilt_filter(label: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     """
     constant, period = label["sensor_values"]["tilt_constant"], 1.0 / label["rate"]
     return {TILT_FILTER: {"rate": math.log1p(period / constant) / period}} if constant > 0 else {}
+
+
+def _presliding(there: Collection[str]) -> tuple[str, ...]:
+    """What the form of the dry friction is besides: bristles bend before it slides (`mechanics.bristles`).
+
+    They are damped, which the library's are not, so the angle has no true value.
+    """
+    return (PRESLIDING,) if any(name in there for name in DRY) else ()
 
 
 def _meant(effect: Mapping[str, Any]) -> set[str]:

@@ -153,3 +153,11 @@ def test_the_table_of_sensors_has_a_line_for_each_item_and_counts_by_severity():
     cells = [cell.strip() for cell in lines["real"].split("|")[2:-1]]
     assert cells[:6] == ["-", "-", "-", none, one, none]
     assert lines["all"].split("|")[2].strip() == "1 of 2 (1-99 %)"
+
+
+@pytest.mark.parametrize(("hidden", "right"), [({"coulomb_friction": {"torque": 0.1}}, True), (DEAD_ZONE, False)])
+def test_dry_friction_of_these_robots_bends_before_it_slides(hidden, right):
+    angle = {"value": 0.004, "low95": 0.003, "high95": 0.005}
+    row = judged(label(hidden), said(finding("presliding", angle=angle)), 3.0)
+    assert row["said"] == [{"name": "presliding", "probability": 0.95, "right": right}]
+    assert not row["intervals"]

@@ -134,13 +134,17 @@ def cost_measures(cost: Cost, episodes: Sequence[Episode]) -> Measures:
 
 
 def effect_measures(robot: RobotParameters, effects: Mapping[str, Effect], physics_step: float) -> Measures:
-    """Where the simulated robot is, with one effect at a time, after some periods of given commands."""
+    """Where the simulated robot is, with one effect at a time, after some periods of given commands.
+
+    One that acts on others is put beside the first of these.
+    """
     commands = 0.25 * robot.torque_limit * np.sin(0.9 * np.arange(_PERIODS))
     start = StartPose(0.05, 0.0, 0.0, 0.0)
     found: Measures = {}
     for name, effect in effects.items():
         settings = {"robot": robot, "start": start, "physics_step": physics_step, "seed": 0}
-        with SimPlant(effects=[effect], **settings) as plant:  # type: ignore[arg-type]
+        together = [effect, *(effects[other] for other in effect.acts_on[:1])]
+        with SimPlant(effects=together, **settings) as plant:  # type: ignore[arg-type]
             seen = [plant.reset(0), *(plant.step(float(command)) for command in commands)]
         for channel in ("tilt", "wheel_angle"):
             found[f"effects/{name}/{channel}"] = _rms(np.array([getattr(each, channel) for each in seen]))
