@@ -70,6 +70,12 @@ def test_dead_zone_is_odd_continuous_and_flat_inside():
     assert np.abs(np.diff(out)).max() <= u[1] - u[0] + 1e-12
 
 
+def test_a_skewed_dead_zone_is_wider_forward_and_as_much_narrower_backward():
+    u = np.linspace(-4, 4, 801)
+    expected = np.where(u > 0, np.maximum(u - 1.8, 0), np.minimum(u + 1.2, 0))
+    np.testing.assert_allclose(run(DeadZone(1.5, 0.2), u), expected, atol=1e-15)
+
+
 def test_friction_compensation_adds_in_the_direction_of_the_command_and_nothing_to_none():
     out = run(FrictionCompensation(0.4), [-2.0, -1e-9, 0.0, 1e-9, 2.0])
     np.testing.assert_allclose(out, [-2.4, -0.4, 0.0, 0.4, 2.4], rtol=1e-8)

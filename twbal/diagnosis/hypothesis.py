@@ -158,10 +158,10 @@ def fit_hypothesis(
 
 
 def bic_penalty(candidates: Sequence[Candidate], count: int) -> float:
-    """Of the parameters of effects, in -2 log likelihood, for so many instants."""
+    """Of the parameters of effects, in -2 log likelihood, for so many instants; a prior is a price of its own."""
     searched = sum(np.log(_WAVES) for each in candidates if each.counter)
     searched += sum(np.log(_RESONANCES) for each in candidates if each.resonance)
-    parameters = sum(len(each.parameters) for each in candidates)
+    parameters = sum(not np.isfinite(p.sd) for each in candidates for p in each.parameters)
     return parameters * float(np.log(count)) + 2.0 * float(searched)
 
 
