@@ -130,3 +130,21 @@ def test_what_is_too_small_to_be_named_is_not_objected_to():
     others = [hypothesis(520.0, "backlash", "cogging", value=0.9999)]
     selection = select.Selection(BASE, (Round(BASE, [], others),), small)
     assert not probable.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
+
+
+RIVAL = hypothesis(499.0, "dead_zone", "motor_lag")
+
+
+@pytest.mark.parametrize(
+    ("others", "objected", "expected"),
+    [
+        ([RIVAL], {CHOSEN.names}, RIVAL.names),  # about as likely, with nothing against it
+        ([RIVAL], set(), CHOSEN.names),
+        ([RIVAL], {CHOSEN.names, RIVAL.names}, CHOSEN.names),
+        ([hypothesis(480.0, "dead_zone", "motor_lag")], {CHOSEN.names}, CHOSEN.names),  # far less likely
+    ],
+)
+def test_of_sets_that_are_about_as_likely_one_without_an_objection_is_chosen(others, objected, expected):
+    selection = selected(*others)
+    weights = probabilities(selection, SETTINGS)
+    assert likeliest.unobjected(selection, weights, lambda w: w.names in objected).names == expected

@@ -13,6 +13,7 @@ from twbal.diagnosis.probable import Weights
 from twbal.diagnosis.select import Problem, Selection, without_redundant
 
 _CLEARLY = 2.0  # times as likely, from which on another set takes the place of the one that was chosen
+_TRIED = 3  # sets about as likely as the chosen one that may take its place, at most
 
 
 def with_likeliest(
@@ -77,6 +78,27 @@ def without_untenable(
         if others.effects and explains(others):
             chosen = others
     return Selection(selection.base, tuple(rounds), chosen)
+
+
+def unobjected(
+    selection: Selection, weights: Weights, is_objected: Callable[[FittedHypothesis], bool]
+) -> FittedHypothesis:
+    """The chosen set, or where something speaks against it, one that is about as likely and has nothing against it.
+
+    Effects that do nearly the same make sets of nearly the same likelihood, and a little more of it is no reason for a
+    set that can be no finding.
+
+    Args:
+        selection: how it went.
+        weights: of its sets.
+        is_objected: whether something speaks against a set.
+    """
+    chosen, own = selection.chosen, weights.get(selection.chosen.names, 0.0)
+    near = [w for w in selection.sets if w.effects and w.names != chosen.names and weights[w.names] * _CLEARLY > own]
+    if not chosen.effects or not near or not is_objected(chosen):
+        return chosen
+    best = sorted(near, key=lambda w: -weights[w.names])[:_TRIED]
+    return next((w for w in best if not is_objected(w)), chosen)
 
 
 def _weight_of(chosen: FittedHypothesis, weights: Weights) -> float:

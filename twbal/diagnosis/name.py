@@ -20,7 +20,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.graded import widened_by
 from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.likeliest import with_likeliest, without_untenable
+from twbal.diagnosis.likeliest import unobjected, with_likeliest, without_untenable
 from twbal.diagnosis.model_comparison import compare_models
 from twbal.diagnosis.null_distribution import null_distribution, null_score
 from twbal.diagnosis.null_record import NullScore
@@ -106,6 +106,8 @@ def name_effects(
     settings = problem.settings
     selection = _search(problem, base, extent, progress)
     weights = probabilities(selection, settings)
+    against = partial(_objected, problem, weights=weights, extent=extent, largest=largest_noise(robot))
+    selection = _with_unobjected(problem, selection, weights, against, progress)
     differences = allowed_differences(problem, selection.chosen)
     comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
     power, chance = _further_effects(problem, selection, extent)
@@ -114,7 +116,7 @@ def name_effects(
     progress("checking whether what fits best is a finding")
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    objected = _objected(problem, selection, weights, extent, largest_noise(robot))
+    objected = against(selection)
     verdict = conclude(selection, objected, statistic, power, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
@@ -212,6 +214,21 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
     selection = larger if larger.chosen is selection.chosen else exchanged(problem, larger, progress)
     selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
     return without_untenable(problem, selection, extent, partial(may_be_a_finding, settings=settings), progress)
+
+
+def _with_unobjected(
+    problem: Problem,
+    selection: Selection,
+    weights: Weights,
+    against: Callable[[Selection], Sequence[Objection]],
+    progress: Callable[[str], None],
+) -> Selection:
+    """The selection with a set that has nothing `against` it, if one is about as likely."""
+
+    def is_objected(chosen: FittedHypothesis) -> bool:
+        return bool(against(_with_settled_values(problem, selection._replace(chosen=chosen), progress)))
+
+    return selection._replace(chosen=unobjected(selection, weights, is_objected))
 
 
 def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
