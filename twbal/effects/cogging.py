@@ -12,7 +12,8 @@ from twbal.effects.parameter import Scale, parameter
 class Cogging(JointTorqueEffect):
     """Each joint feels torque·sin(count·angle + phase), angle being that of the wheel relative to the body.
 
-    It acts between wheel and body. The wheels of a robot that turns do not meet their poles together.
+    The phase of the right wheel is that plus half of `difference`, and that of the left wheel minus it. It acts between
+    wheel and body. The wheels of a robot that turns do not meet their poles together.
     """
 
     torque: float = parameter(
@@ -25,7 +26,21 @@ class Cogging(JointTorqueEffect):
         is_of_each_wheel=True,
     )
     count: float = parameter("poles: periods in a turn of the wheel", "", (1.0, 60.0), start=12.0, value=12.0)
-    phase: float = parameter("phase at angle 0", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0)
+    phase: float = parameter(
+        "phase at angle 0, mean of both wheels", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0
+    )
+    difference: float = parameter(
+        "by which the right wheel's phase is ahead of the left one's",
+        "rad",
+        (-3.2, 3.2),
+        start=0.0,
+        value=0.0,
+        least=-100.0,
+        below=100.0,
+        covers_all=True,
+        sd=1.0,
+        is_optional=True,
+    )
     reference = (
         "T. M. Jahns, W. L. Soong: Pulsating torque minimization techniques for permanent magnet AC motor drives - "
         "a review, IEEE Transactions on Industrial Electronics 43 (2), 1996, 321-330."
@@ -38,5 +53,5 @@ class Cogging(JointTorqueEffect):
         """Add the pull of both motors' poles."""
         if self.torque == 0.0:
             return torque
-        in_step = cos(self.count * at.apart * at.heading)
+        in_step = cos(self.count * at.apart * at.heading + 0.5 * self.difference)
         return torque + 2.0 * self.torque * in_step * sin(self.count * at.angle + self.phase)

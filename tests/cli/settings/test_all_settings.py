@@ -22,6 +22,7 @@ MAY_BE_NEGATIVE = (
     "*.phase",
     "*.gyro_bias.rate",
     "*.cable_spring.anchor_*",
+    "*.cogging.difference",
     "*.dead_zone.skew",
     "*.tilt_filter.lead",
     "*.unequal_motors.share",
