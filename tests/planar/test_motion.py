@@ -261,15 +261,17 @@ def test_a_robot_that_looks_elsewhere_meets_another_slope(paper, heading):
     assert turned._replace(x=straight.x, y=straight.y) == pytest.approx(straight, abs=1e-12)
 
 
-def test_cogging_of_a_turned_robot_is_that_of_its_two_wheels(paper):
-    values, heading, h = {"torque": 0.4, "count": 12.0, "phase": 0.3}, 0.7, 1e-3
+@pytest.mark.parametrize("difference", [0.0, 1.1])
+def test_cogging_of_a_turned_robot_is_that_of_its_two_wheels(paper, difference):
+    """The right one is ahead where the robot looks to the left."""
+    values, heading, h = {"torque": 0.4, "count": 12.0, "phase": 0.3, "difference": difference}, 0.7, 1e-3
     ahead = heading * paper.track / (2 * paper.wheel_radius)
 
     def push(effects, torque, heading):
         first, last = swing(paper, effects, {"wheel": 0.2}, torque, h, h, heading=heading)
         return (last.wheel_speed - first.wheel_speed) / h
 
-    both = sum(values["torque"] * np.sin(12.0 * (0.2 + side * ahead) + 0.3) for side in (1, -1))
+    both = sum(0.4 * np.sin(12.0 * (0.2 + side * ahead) + 0.3 + side * 0.5 * difference) for side in (1, -1))
     assert push({"cogging": values}, 0.0, heading) == pytest.approx(push({}, both, 0.0), rel=1e-9)
 
 

@@ -8,7 +8,8 @@ input), with the torque τ between wheels and body, the force F and the torque �
 
 M being the mass of all. Rates go by the accelerations at the step's start, then angles by the new rates (semi-implicit
 Euler). Dry frictions and the backlash are impulses within bounds, which act after the rest of the step: each brings its
-relative rate to where it wants it, or goes to its bound.
+relative rate to where it wants it, or goes to its bound. Dry friction that grows over an angle is that of the angle at
+the step's end (`presliding`).
 
 A robot that turns has its slope and its wheels elsewhere: ground that rose by σ_0 at the start rises by σ_0 cos ψ at
 the heading ψ. As the robot stands on that ground, its axle tips while it turns, and θ and φ, which count from the
