@@ -118,6 +118,15 @@ def test_gears_with_an_efficiency_are_weighed_where_that_is_asked_for(paper):
     assert usual - {each.name for each in left} == {"dead_zone"}
 
 
+def test_what_acts_on_others_is_weighed_beside_them_alone(paper):
+    (presliding,) = (each for each in candidates_for(paper) if each.name == "presliding")
+    assert not presliding.may_stand_beside(("dead_zone",))
+    assert presliding.may_stand_beside(("dead_zone", "coulomb_friction"))
+    simulated = {"rolling_resistance": {"torque": 0.1}}
+    (left,) = (c for c in naming._missing(candidates_for(paper), simulated, SETTINGS) if c.name == "presliding")
+    assert left.may_stand_beside(())
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("effects", "group"),

@@ -27,13 +27,15 @@ from twbal.effects.imu_delay import ImuDelay
 from twbal.effects.library import values_of
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.periodic_disturbance import PeriodicDisturbance
+from twbal.effects.presliding import Presliding
+from twbal.effects.rolling_resistance import RollingResistance
 from twbal.effects.rotor_inertia import RotorInertia
 from twbal.effects.tilt_filter import TiltFilter
 from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
-from twbal.planar.planar_plant import drive_on, standing
+from twbal.planar.planar_plant import PlanarPlant, drive_on, standing
 from twbal.planar.sensing import imu_settled
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
@@ -139,6 +141,28 @@ def test_a_robot_that_turns_goes_on_turning(robot):
     assert np.abs(before[:, yaw]).max() < 1e-3
     np.testing.assert_allclose(after[:, yaw], 1.2, rtol=0.01)
     assert (np.abs(after - before)[:, SEEN] < 0.05 * np.abs(before).max(axis=0)[SEEN]).all()
+
+
+@pytest.mark.parametrize("friction", [CoulombFriction(0.4), RollingResistance(0.4)])
+def test_friction_that_has_grown_goes_on_from_there(robot, friction):
+    """What it has come to is told by the planar model, under commands that it nearly holds."""
+    effects, commands = [friction, Presliding(0.02)], 0.6 * np.sin(0.7 * np.arange(24.0))
+    truth = driven(robot, effects, commands)
+    start = StartPose(-0.02, 0.0, 0.0, 0.0)
+    with PlanarPlant(robot=robot, effects=effects, start=start, physics_step=STEP, seed=0) as plant:
+        plant.reset(0)
+        for command in commands[:FROM]:
+            plant.step(float(command))
+        state = plant._state
+    without = start_at(robot, truth, FROM, commands)
+    grown = {"joints": (state.left_joint, state.right_joint), "ground": (state.left_ground, state.right_ground)}
+    remembering = replace(without, restart=without.restart._replace(**grown))
+    held = commands[None, FROM:]
+    found = replay(robot, effects, STEP, [remembering, without], np.repeat(held, 2, axis=0))
+    errors = np.abs(found[:, :, SEEN] - truth[FROM:, SEEN]).max(axis=1)
+    moved = np.ptp(truth[FROM:, SEEN], axis=0)
+    assert (errors[0] < 0.02 * moved).all()
+    assert (errors[1] > 5.0 * errors[0]).all()
 
 
 def test_poles_that_the_wheels_meet_apart_cancel(robot):
