@@ -15,6 +15,16 @@ def wheel_mobility(robot: RobotParameters) -> float:
     return c / (a * c - b**2)
 
 
+def slip_mobility(robot: RobotParameters) -> float:
+    """Rate of slip that the upright robot gains per impulse of the ground on its tyres [1/kg].
+
+    The axle gains c / (M c - (m l)²), M being the mass of all, and the wheels turn back by themselves: r² / 2 I_w.
+    """
+    a, b, c = inertias(robot)
+    r, spin = robot.wheel_radius, 2.0 * robot.wheel_inertia
+    return r**2 * (c / ((a - spin) * c - b**2) + 1.0 / spin)
+
+
 def joint_mobility(robot: RobotParameters) -> float:
     """Rate relative to the body that the wheels gain per impulse between them and it [1/(kg·m²)].
 

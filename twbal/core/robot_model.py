@@ -186,12 +186,14 @@ class Ground:
     Attributes:
         slope: angle by which it rises towards +x [rad].
         grip: coefficient of dry friction between tyre and ground; PyBullet takes 1 for all that is more.
+        tyre_creep: speed of slip at which tyres slide that creep before [m/s]; 0: they stick until they slide.
         rolling_resistance: dry torque of each wheel that opposes its turning over ground [N·m].
         rolling_viscous: torque of each wheel over its rate over ground [N·m·s/rad].
     """
 
     slope: float = 0.0
     grip: float = UNBOUNDED
+    tyre_creep: float = 0.0
     rolling_resistance: float = 0.0
     rolling_viscous: float = 0.0
 

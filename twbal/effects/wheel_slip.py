@@ -13,8 +13,7 @@ class WheelSlip(GroundEffect):
     """The tyres' grip is dry friction with a coefficient far below 1.
 
     It acts between tyre and ground. Only traction beyond the grip tells of it. Rubber yields before it slides: by the
-    brush model, a slip at the speed v below that of the `creep`, v_c, makes 1 - (1 - v / v_c)³ of the full traction. In
-    the physics engine tyres do not creep: there they stick until they slide.
+    brush model, a slip at the speed v below that of the `creep`, v_c, makes 1 - (1 - v / v_c)³ of the full traction.
     """
 
     friction: float = parameter(

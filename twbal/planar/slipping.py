@@ -1,39 +1,17 @@
 """One physics step of the planar model whose tyres may slip; the equations are those of `twbal.planar.motion`."""
 
-from math import asinh, sinh, sqrt
-
 from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
+from twbal.core.tyres import traction_impulse
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, cut, joint_bound
+from twbal.planar.dry_friction import SWEEPS, joint_bound
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.presliding import bent, bristles, rub_or_bend
 
-
-@kernel(is_inlined=True)
-def _traction(slip: float, mobility: float, grip: float, creep: float) -> float:
-    """Traction of tyres in a physics step, by the slip that comes of it [N·s].
-
-    Tyres that creep are those of the brush model: below the speed v_c at which they slide, a slip at the speed v makes
-    a traction of 1 - (1 - v / v_c)³ of the bound.
-
-    Args:
-        slip: that there would be without traction [m/s].
-        mobility: what a traction changes it by [1/kg].
-        grip: the bound [N·s].
-        creep: speed of slip at which the tyres slide [m/s].
-    """
-    most = mobility * grip
-    if creep == 0.0 or most == 0.0 or abs(slip) >= most + creep:
-        return cut(-slip / mobility, grip)
-    # With y = 1 - v / v_c: most y³ + creep y = most + creep - |slip|, a cubic with one real root.
-    p, q = creep / most, (most + creep - abs(slip)) / most
-    y = 2.0 * sqrt(p / 3.0) * sinh(asinh(1.5 * q / p * sqrt(3.0 / p)) / 3.0)
-    traction = grip * (1.0 - y * y * y)
-    return -traction if slip > 0.0 else traction
+_traction = kernel(is_inlined=True)(traction_impulse)
 
 
 @kernel(is_inlined=True)

@@ -11,7 +11,7 @@ from math import atan2, cos, hypot, sin
 from twbal.core.engine import RobotMotion
 from twbal.core.plant import Pose
 from twbal.core.robot_model import RobotModel
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.core.swinging_part import SwingingPart
 from twbal.sim.bullet import Client, pybullet
@@ -20,6 +20,7 @@ from twbal.sim.urdf import urdf_text
 
 _ALOFT = (0.0, 0.0, 100.0)
 _BODY, _WHEELS, _PART = -1, (0, 1), 2  # links; the joint of a wheel, or of what swings, has its number
+_LINK, _NORMAL_FORCE = 3, 9  # of a contact point
 _SIDES = (-1.0, 1.0)  # left and right; a robot that turns to the left is faster on the right
 
 
@@ -47,6 +48,7 @@ class BulletRobot:
         self._client, self._robot, self._drive = client, robot, model.drive
         self._shares = [0.5 * (1.0 + side * model.drive.imbalance) for side in _SIDES]  # of the motors' torque
         height, offset = robot.com_height, robot.com_offset
+        self._weight = (robot.body_mass + 2.0 * robot.wheel_mass) * GRAVITY
         self._arm = height * sin(offset), height * cos(offset)  # axle to centre of mass, in the body's x and z [m]
         self._id = client.load(urdf_text(robot, part), {}, pybullet.URDF_USE_INERTIA_FROM_FILE)
         self._control = partial(client.setJointMotorControlArray, self._id, _WHEELS, pybullet.TORQUE_CONTROL)
@@ -62,6 +64,18 @@ class BulletRobot:
                 rollingFriction=0,
                 restitution=0,
             )
+
+    def let_slip(self) -> None:
+        """Take all friction along their way from the tyres; what is across it stays."""
+        for wheel in _WHEELS:
+            self._client.changeDynamics(self._id, wheel, anisotropicFriction=[0, 1, 0])
+
+    def load(self) -> float:
+        """Weight on the wheels in the last physics step; before the first, that of the robot at rest [N]."""
+        points = self._client.getContactPoints(self._id)
+        if not points:
+            return self._weight
+        return float(sum(point[_NORMAL_FORCE] for point in points if point[_LINK] in _WHEELS))
 
     def lift(self) -> None:
         """Take the robot off the ground, which ends its contacts."""

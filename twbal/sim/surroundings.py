@@ -6,8 +6,9 @@ from typing import NamedTuple
 from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
 from twbal.core.plant import Pose
-from twbal.core.robot_model import AxleMotion, RobotModel
+from twbal.core.robot_model import UNBOUNDED, AxleMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
+from twbal.sim.creeping_tyres import CreepingTyres
 from twbal.sim.presliding import Bristles, cut
 from twbal.sim.restart_state import RestartState
 
@@ -35,6 +36,7 @@ class OutsideForces:
     Attributes:
         needed: whether there is anything to do in a step.
         pushes: forces at the axle.
+        creeps: whether tyres creep, so that their traction is one of these forces.
     """
 
     def __init__(self, model: RobotModel, physics_step: float) -> None:
@@ -47,7 +49,10 @@ class OutsideForces:
         self._stopping = 1 / (physics_step * wheel_mobility(model.robot))  # torque that stops a rate in one step
         angle, robot = model.drive.presliding if self._bound else 0.0, model.robot
         self._bristles = Bristles(robot, angle, wheel_mobility(robot), physics_step) if angle else None
-        self.needed = bool(self._bound or self._viscous or self.pushes)
+        self.creeps = ground.grip < UNBOUNDED and ground.tyre_creep > 0.0
+        self._tyres = CreepingTyres(robot, ground, physics_step)
+        self._radius = robot.wheel_radius
+        self.needed = self.creeps or bool(self._bound or self._viscous or self.pushes)
         self.reset()
 
     def reset(self, begun: RestartState | None = None, time: float = 0.0) -> None:
@@ -55,16 +60,18 @@ class OutsideForces:
         self._begun = begun or RestartState(0.0)
         self._ahead = cos(self._begun.heading), sin(self._begun.heading)
         self._position, self._time, self._held = self._begun.position, time, 0.0
+        self._tyres.begin()
         if self._bristles:
             self._bristles.begin(self._begun.ground)
 
-    def act(self, motion: RobotMotion, pose: Pose, apart: float) -> Outside:
+    def act(self, motion: RobotMotion, pose: Pose, apart: float, load: float) -> Outside:
         """What acts in the step that begins with a motion.
 
         Args:
             motion: of the robot.
             pose: from where it was put since `reset`; needed where there are `pushes`.
             apart: by which one wheel is ahead of the mean [rad].
+            load: weight on the wheels [N]; needed where they creep.
         """
         rate = motion.wheel_rate + motion.tilt_rate
         torque = -self._viscous * rate
@@ -92,6 +99,10 @@ class OutsideForces:
         )
         for push in self.pushes:
             force = push(force, axle)
+        if self.creeps:
+            traction = self._tyres.pull(motion.speed - self._radius * rate, load)
+            torque -= self._radius * traction
+            force += traction
         self._position += self._physics_step * motion.speed
         self._time += self._physics_step
         return Outside(torque, force)

@@ -58,6 +58,8 @@ class World(Engine):
         client.changeDynamics(ground, -1, lateralFriction=1)
         part, robot = swinging_part(model), self._gears.robot
         self._robot = BulletRobot(client, without_part(robot, part) if part else robot, model, part)
+        if self._surroundings.creeps:
+            self._robot.let_slip()
         self._is_rigid = part is None
         self._fresh = client.saveState()  # to restore it takes a hundredth of the time
 
@@ -151,7 +153,8 @@ class World(Engine):
         self._robot.drive(passed, self._gears.rub(motion))
         if passed != torque:  # the motors push themselves off the body, whatever their rotors meet
             self._robot.turn_body(passed - torque)
-        around = self._surroundings.act(motion, pose, apart)
+        load = self._robot.load() if self._surroundings.creeps else 0.0
+        around = self._surroundings.act(motion, pose, apart, load)
         if around.on_wheels:
             self._robot.turn_wheels(around.on_wheels)
         if around.at_axle:

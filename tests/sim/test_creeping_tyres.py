@@ -1,0 +1,44 @@
+"""Tyres that creep in the physics engine do as in the planar model, whose own tests hold it against an integrator."""
+
+import numpy as np
+import pytest
+
+from twbal.core.plant import Observation
+from twbal.core.start_pose import InitialState, StartPose
+from twbal.effects.effect import assemble
+from twbal.effects.ground_slope import GroundSlope
+from twbal.effects.wheel_slip import WheelSlip
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.sim.bullet_plant import SimPlant
+from twbal.sim.world import World
+
+STEP = 0.0005
+SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
+
+
+def course(plant, commands):
+    with plant:
+        return np.array([plant.reset(0), *(plant.step(float(u)) for u in commands)])[:, SEEN]
+
+
+@pytest.mark.parametrize("creep", [0.01, 0.05, 0.15])
+def test_engine_and_planar_model_agree(paper, creep):
+    rng = np.random.default_rng(5)
+    commands = np.repeat(rng.uniform(-3.0, 3.0, 10), 2)
+    settings = {"robot": paper, "start": StartPose(0.03, 0.0, 0.0, 0.0), "physics_step": STEP, "seed": 0}
+    sticking, creeping = WheelSlip(0.25, 0.0), WheelSlip(0.25, creep)
+    engine, planar = (course(kind(effects=[creeping], **settings), commands) for kind in (SimPlant, PlanarPlant))
+    without = course(SimPlant(effects=[sticking], **settings), commands)
+    moved = np.ptp(planar, axis=0)
+    assert (np.abs(engine - planar).max(axis=0) < 0.01 * moved).all()
+    assert (np.abs(engine - planar).max(axis=0) < 0.2 * np.abs(without - planar).max(axis=0)).all()
+
+
+def test_tyres_that_creep_do_not_slide_sideways(paper):
+    """Against sliding down a slope that rises to the left: the heading is across it."""
+    model = assemble(paper, [WheelSlip(0.5, 0.05), GroundSlope(0.1)])
+    world, effect_state = World(model, STEP), model.start(STEP, np.random.default_rng(0))
+    world.reset(InitialState(0.0, 0.0, 0.0), heading=np.pi / 2)
+    world.advance(0.0, effect_state, 400)
+    assert abs(world.pose().y) < 1e-4
+    world.close()
