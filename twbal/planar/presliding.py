@@ -67,13 +67,8 @@ def bristles(
 
 
 @kernel(is_inlined=True)
-def bent(b: Bristles, rate: float) -> tuple[float, float]:
-    """Impulses of the friction on the left wheel and the right one by their mean rate at a step's end [N·m·s].
-
-    0 without bristles.
-    """
-    if not rarely(b.bound >= 0.0):
-        return 0.0, 0.0
+def _impulses(b: Bristles, rate: float) -> tuple[float, float]:
+    """Impulses of the friction on the left wheel and the right one by their mean rate at a step's end [N·m·s]."""
     left = cut(b.left - b.left_stiffness * (rate - b.apart), b.bound)
     return left, cut(b.right - b.right_stiffness * (rate + b.apart), b.bound)
 
@@ -85,5 +80,14 @@ def rub_or_bend(so_far: float, rate: float, inertia: float, bound: float, apart:
         return rub(so_far, rate, inertia, bound, apart)
     grown = b.left + b.right + (b.left_stiffness - b.right_stiffness) * b.apart
     stiffness = b.left_stiffness + b.right_stiffness
-    left, right = bent(b, (inertia * rate - so_far + grown) / (inertia + stiffness))
+    left, right = _impulses(b, (inertia * rate - so_far + grown) / (inertia + stiffness))
     return left + right - so_far
+
+
+@kernel(is_inlined=True)
+def torques(k: Constants, b: Bristles, rate: float) -> tuple[float, float]:
+    """Friction of the left wheel and the right one by their mean rate at a step's end [N·m]; 0 without bristles."""
+    if not rarely(b.bound >= 0.0):
+        return 0.0, 0.0
+    left, right = _impulses(b, rate)
+    return left / k.step, right / k.step

@@ -6,7 +6,7 @@ from twbal.planar.dry_friction import SWEEPS, cut, joint_bound
 from twbal.planar.forces import forces, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
-from twbal.planar.presliding import bent, bristles, rub_or_bend
+from twbal.planar.presliding import bristles, rub_or_bend, torques
 
 
 @kernel(is_inlined=True)
@@ -84,7 +84,7 @@ def roll(
                 break
     wheel, way = s.wheel + h * wheel_speed, h * k.radius * wheel_speed
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
-    joints, wheels = bent(in_joints, wheel_speed - tilt_rate), bent(on_ground, wheel_speed)
+    joints, wheels = torques(k, in_joints, wheel_speed - tilt_rate), torques(k, on_ground, wheel_speed)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
@@ -100,8 +100,8 @@ def roll(
         sway_rate,
         s.x + way * turning.cosine,
         s.y + way * turning.sine,
-        joints[0] / h,
-        joints[1] / h,
-        wheels[0] / h,
-        wheels[1] / h,
+        joints[0],
+        joints[1],
+        wheels[0],
+        wheels[1],
     )

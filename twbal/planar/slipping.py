@@ -9,7 +9,7 @@ from twbal.planar.dry_friction import SWEEPS, joint_bound
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
-from twbal.planar.presliding import bent, bristles, rub_or_bend
+from twbal.planar.presliding import bristles, rub_or_bend, torques
 
 _traction = kernel(is_inlined=True)(traction_impulse)
 
@@ -73,7 +73,7 @@ def slide(
             break
     wheel, slip, way = s.wheel + h * wheel_speed, speed - r * wheel_speed, h * speed
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
-    joints, wheels = bent(in_joints, wheel_speed - tilt_rate), bent(on_ground, wheel_speed)
+    joints, wheels = torques(k, in_joints, wheel_speed - tilt_rate), torques(k, on_ground, wheel_speed)
     return PlanarState(
         s.tilt + h * tilt_rate,
         wheel,
@@ -89,8 +89,8 @@ def slide(
         sway_rate,
         s.x + way * turning.cosine,
         s.y + way * turning.sine,
-        joints[0] / h,
-        joints[1] / h,
-        wheels[0] / h,
-        wheels[1] / h,
+        joints[0],
+        joints[1],
+        wheels[0],
+        wheels[1],
     )
