@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 
 from twbal.core.plant import Observation
+from twbal.core.robot_model import Ground
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.effects.effect import assemble
 from twbal.effects.ground_slope import GroundSlope
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
+from twbal.sim.creeping_tyres import CreepingTyres
 from twbal.sim.world import World
 
 STEP = 0.0005
@@ -42,3 +44,9 @@ def test_tyres_that_creep_do_not_slide_sideways(paper):
     world.advance(0.0, effect_state, 400)
     assert abs(world.pose().y) < 1e-4
     world.close()
+
+
+def test_tyres_in_the_air_do_not_pull(paper):
+    tyres = CreepingTyres(paper, Ground(grip=0.5, tyre_creep=0.05), STEP)
+    assert tyres.pull(1.0, 0.0) == pytest.approx(-0.5 * 12.0 * 9.81, rel=0.01)  # the first step, at rest on the ground
+    assert tyres.pull(1.0, 0.0) == 0.0

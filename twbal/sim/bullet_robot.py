@@ -11,7 +11,7 @@ from math import atan2, cos, hypot, sin
 from twbal.core.engine import RobotMotion
 from twbal.core.plant import Pose
 from twbal.core.robot_model import RobotModel
-from twbal.core.robot_parameters import GRAVITY, RobotParameters
+from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.core.swinging_part import SwingingPart
 from twbal.sim.bullet import Client, pybullet
@@ -48,7 +48,6 @@ class BulletRobot:
         self._client, self._robot, self._drive = client, robot, model.drive
         self._shares = [0.5 * (1.0 + side * model.drive.imbalance) for side in _SIDES]  # of the motors' torque
         height, offset = robot.com_height, robot.com_offset
-        self._weight = (robot.body_mass + 2.0 * robot.wheel_mass) * GRAVITY
         self._arm = height * sin(offset), height * cos(offset)  # axle to centre of mass, in the body's x and z [m]
         self._id = client.load(urdf_text(robot, part), {}, pybullet.URDF_USE_INERTIA_FROM_FILE)
         self._control = partial(client.setJointMotorControlArray, self._id, _WHEELS, pybullet.TORQUE_CONTROL)
@@ -71,10 +70,8 @@ class BulletRobot:
             self._client.changeDynamics(self._id, wheel, anisotropicFriction=[0, 1, 0])
 
     def load(self) -> float:
-        """Weight on the wheels in the last physics step; before the first, that of the robot at rest [N]."""
+        """Force of the ground on the wheels in the last physics step, upwards [N]; 0 before the first."""
         points = self._client.getContactPoints(self._id)
-        if not points:
-            return self._weight
         return float(sum(point[_NORMAL_FORCE] for point in points if point[_LINK] in _WHEELS))
 
     def lift(self) -> None:
@@ -127,7 +124,7 @@ class BulletRobot:
     def hold(self, rate: float) -> None:
         """Let the joints hold as far as dry friction does at a rate of the wheels relative to the body [rad/s].
 
-        Friction that grows over an angle holds nothing by itself (`Presliding`).
+        Friction that grows over an angle is a torque of its own (`presliding.Bristles`).
         """
         force = 0.0 if self._drive.presliding else self._drive.dry_friction(rate)
         for wheel in _WHEELS:

@@ -2,7 +2,7 @@
 
 from twbal.core.mobility import slip_mobility
 from twbal.core.robot_model import Ground
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.core.tyres import traction_impulse
 
 
@@ -15,6 +15,7 @@ class CreepingTyres:
     def __init__(self, robot: RobotParameters, ground: Ground, physics_step: float) -> None:
         self._grip, self._creep, self._step = ground.grip, ground.tyre_creep, physics_step
         self._mobility = slip_mobility(robot)
+        self._weight = (robot.body_mass + 2.0 * robot.wheel_mass) * GRAVITY
         self.begin()
 
     def begin(self) -> None:
@@ -27,10 +28,12 @@ class CreepingTyres:
 
         Args:
             slip: speed of the axle beyond that of wheels which roll [m/s].
-            load: weight on the wheels [N].
+            load: on the wheels in the last physics step [N]; in the first of a rollout, the robot's weight counts.
         """
         others = 0.0  # what else changed the slip in the last step
-        if self._slip_before is not None:
+        if self._slip_before is None:
+            load = self._weight
+        else:
             others = slip - self._slip_before - self._mobility * self._impulse
         self._slip_before = slip
         self._impulse = traction_impulse(slip + others, self._mobility, self._step * self._grip * load, self._creep)
