@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twbal.sysid.normal_equations import solve_normal
+from twbal.sysid.normal_equations import inverse_of, solve_normal
 from twbal.sysid.smooth_regression import projected
 
 
@@ -41,3 +41,12 @@ def test_nuisance_that_cannot_be_told_apart_is_taken_out_once():
     np.testing.assert_allclose(found.M, clean.M, rtol=1e-6, atol=1e-6)
     np.testing.assert_allclose(found.b, clean.b, rtol=1e-6, atol=1e-6)
     assert found.power == pytest.approx(clean.power, rel=1e-6)
+
+
+def test_an_inverse_is_that_of_the_matrix_unless_there_is_none():
+    J = slopes(np.random.default_rng(3))
+    H = J.T @ J
+    assert (inverse_of(H) == np.linalg.inv(H)).all()
+    twice = np.array([[1.0, 1.0], [1.0, 1.0]])  # two values that do exactly the same
+    pull = np.array([3.0, 3.0])
+    assert inverse_of(twice) @ pull == pytest.approx([1.5, 1.5], rel=1e-6)

@@ -15,6 +15,7 @@ from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.normal_equations import inverse_of
 from twbal.sysid.prediction_error_fit import Fit, descend, penalty, slopes_of
 from twbal.sysid.recording import Recording
 
@@ -127,7 +128,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in start]
     frozen, free_parameters = J[:, kept], [fit.free_parameters[i] for i in kept]
     ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in free_parameters])
-    normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
+    normal = inverse_of(frozen.T @ frozen + np.diag(ridge))
     own = [free for free in fit.free_parameters if free.field in start]
     freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}

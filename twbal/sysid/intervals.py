@@ -12,6 +12,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.sysid.model import FreeParameter, Model
+from twbal.sysid.normal_equations import inverse_of
 from twbal.sysid.prediction_error_fit import Fit
 
 NORMAL95 = 1.959964
@@ -50,7 +51,7 @@ def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -
         temperature: of a power likelihood, by the square root of which the fit's priors are narrower than they are.
     """
     free_parameters = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.free_parameters]
-    inverse = np.linalg.inv(curvature(free_parameters, J))
+    inverse = inverse_of(curvature(free_parameters, J))
     pulls = np.array([J[part].T @ fit.white[part] for part in _parts(len(fit.white), blocks)])  # (B, P)
     pulls -= pulls.mean(axis=0)
     spread = pulls.T @ pulls * blocks / (blocks - 1)

@@ -23,3 +23,14 @@ def solve_normal(H: Array, right: Array) -> Array:
     scale = np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
     factor = cho_factor(H / np.outer(scale, scale) + _RIDGE * np.eye(len(H)))
     return np.asarray((cho_solve(factor, (right.T / scale).T).T / scale).T)
+
+
+def inverse_of(H: Array) -> Array:
+    """The inverse of a matrix as of `solve_normal`, (P, P); the ridge decides only where it is singular.
+
+    Two free values that do exactly the same make it so, as the torques of Coulomb and Stribeck friction in one set.
+    """
+    try:
+        return np.asarray(np.linalg.inv(H))
+    except np.linalg.LinAlgError:
+        return solve_normal(H, np.eye(len(H)))
