@@ -33,7 +33,10 @@ class Constant:
         ({"trials": -2}, "trials must be a whole number of at least 1; found -2"),
         ({"trials": "3"}, "trials must be a whole number of at least 1; found '3'"),
         ({"seed": -1}, "seed must be a whole number of at least 0; found -1"),
-        ({"effects": DeadZone(1.0)}, r"must be a list.*found an effect alone\. Write \[DeadZone\(width=1\.0\)\]"),
+        (
+            {"effects": DeadZone(1.0)},
+            r"must be a list.*found an effect alone\. Write \[DeadZone\(width=1\.0, skew=0\.0\)\]",
+        ),
         ({"effects": [DeadZone]}, r"found the class DeadZone among them\. Give it its values: DeadZone\(\.\.\.\)"),
         ({"effects": ["dead_zone"]}, "found 'dead_zone' among them.*`from twbal.effects.dead_zone import DeadZone`"),
         ({"effects": "dead_zone"}, "found 'dead_zone'.*import DeadZone"),

@@ -27,7 +27,7 @@ FAULTS = {
     "squash's moments": ("policies/squash.py", "variance += 0.5 * p * q", "variance += 0.501 * p * q"),
     "cost": ("core/cost.py", "reward = np.exp(-0.5 * (gap", "reward = np.exp(-0.51 * (gap"),
     "log reader": ("io/logs/rows.py", '"wheel_angle", "wheel_rate")', '"wheel_rate", "wheel_angle")'),
-    "effect": ("effects/dead_zone.py", "return torque - self.width", "return torque - 0.99 * self.width"),
+    "effect": ("effects/dead_zone.py", "return torque - forward", "return torque - 0.99 * forward"),
     "effect with a memory": ("effects/motor_lag.py", "torque += share", "torque += 0.99 * share"),
     "policy file": ("policies/policy.py", 'payload.number("max_command"', '0.999 * payload.number("max_command"'),
     "transitions": ("core/channels.py", "matrix[i, i] = 1.0", "matrix[i, i] = 1.001"),

@@ -35,7 +35,9 @@ TWO_SIDED = ("ground_slope", "gyro_bias", "gyro_scale")
 
 @pytest.fixture(scope="module")
 def some(paper):
-    return [each for each in candidates_for(paper) if each.name in SMALL]
+    """Of each effect its size alone: what has a prior of its own, as the skew of a dead zone, is no size."""
+    known = [each for each in candidates_for(paper) if each.name in SMALL]
+    return [each._replace(parameters=tuple(p for p in each.parameters if not np.isfinite(p.sd))) for each in known]
 
 
 def refitted(robot, effects, seed):

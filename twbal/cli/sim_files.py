@@ -9,7 +9,7 @@ looked up or called. It replaces the simulation that would have been chosen; it 
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import MISSING, fields
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -191,9 +191,10 @@ def _effect(name: str, given: Any) -> dict[str, Any]:
     if named not in (target, target.replace("twbal.effects.", "twbal.sim.effects.")):
         raise ConfigError(f"_target_ of {name} must be {target}, or be left out; found {str(named)[:80]!r}.")
     expected = [field.name for field in fields(known[name])]  # type: ignore[arg-type]
-    if set(values) != set(expected):
+    needed = [field.name for field in fields(known[name]) if field.default is MISSING]  # type: ignore[arg-type]
+    if not set(needed) <= set(values) <= set(expected):
         raise ConfigError(f"{name} has the values {', '.join(expected)}; found {_listed(values)}.")
-    numbers = {value: _number(f"{name}.{value}", values[value]) for value in expected}
+    numbers = {value: _number(f"{name}.{value}", values[value]) for value in expected if value in values}
     known[name](**numbers)  # which checks their ranges
     return {"_target_": target, **numbers}
 
