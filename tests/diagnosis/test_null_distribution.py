@@ -35,9 +35,8 @@ TWO_SIDED = ("ground_slope", "gyro_bias", "gyro_scale")
 
 @pytest.fixture(scope="module")
 def some(paper):
-    """Of each effect its size alone: what has a prior of its own, as the skew of a dead zone, is no size."""
-    known = [each for each in candidates_for(paper) if each.name in SMALL]
-    return [each._replace(parameters=tuple(p for p in each.parameters if not np.isfinite(p.sd))) for each in known]
+    """Without a cable, whose place is free as well: one regression by its stiffness is not its score."""
+    return [each for each in candidates_for(paper) if each.name in SMALL and each.name != "cable_spring"]
 
 
 def refitted(robot, effects, seed):
