@@ -5,6 +5,7 @@ from typing import NamedTuple
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import cut, rub
+from twbal.planar.planar_state import PlanarState, Turning
 
 
 class Bristles(NamedTuple):
@@ -25,14 +26,26 @@ class Bristles(NamedTuple):
     apart: float
 
 
+class Contact(NamedTuple):
+    """Where dry friction acts.
+
+    Attributes:
+        rate: mean of the wheels there at the end of the step, without friction [rad/s].
+        inertia: against which an impulse on both changes that rate [kg·m²].
+        bound: of the impulse on both at the rate of the wheels [N·m·s].
+    """
+
+    rate: float
+    inertia: float
+    bound: float
+
+
 RIGID = Bristles(0.0, 0.0, 0.0, 0.0, -1.0, 0.0)
 """Of dry friction that holds at once: it has no bristles."""
 
 
 @kernel(is_inlined=True)
-def bristles(
-    k: Constants, left: float, right: float, rate: float, inertia: float, bound: float, at_rest: float, apart: float
-) -> Bristles:
+def _bristles(k: Constants, left: float, right: float, at: Contact, at_rest: float, apart: float) -> Bristles:
     """Dry friction at the start of a step.
 
     Over an angle x of the wheel its torque τ changes by dτ/dx = -(S / s) (1 + (τ / F) sgn ẋ), F being its bound at the
@@ -43,19 +56,15 @@ def bristles(
     Args:
         k: constants of the planar model.
         left, right: torques of the friction in the step before [N·m].
-        rate: mean of the wheels at the end of the step, without friction [rad/s].
-        inertia: against which an impulse on both changes that rate [kg·m²].
-        bound: of the impulse on both [N·m·s].
-        at_rest: the same at rest.
+        at: where it acts.
+        at_rest: bound of the impulse on both at rest [N·m·s].
         apart: as of `Bristles`.
     """
-    if not rarely(k.dry.presliding > 0.0):
-        return RIGID
-    half, steepness = 0.5 * bound, 0.0
-    if bound > 0.0:
-        steepness = k.step * at_rest / (bound * k.dry.presliding)
+    half, steepness = 0.5 * at.bound, 0.0
+    if at.bound > 0.0:
+        steepness = k.step * at_rest / (at.bound * k.dry.presliding)
     left, right = cut(k.step * left, half), cut(k.step * right, half)
-    mean = rate + (left + right) / inertia
+    mean = at.rate + (left + right) / at.inertia
     return Bristles(
         left,
         right,
@@ -63,6 +72,20 @@ def bristles(
         steepness * (half + right if mean > -apart else half - right),
         half,
         apart,
+    )
+
+
+@kernel(is_inlined=True)
+def frictions(
+    k: Constants, s: PlanarState, joint: Contact, ground: Contact, turning: Turning
+) -> tuple[Bristles, Bristles]:
+    """The dry friction of the joints and of the ground at the start of a step that ends as `joint` and `ground` say."""
+    if not rarely(k.dry.presliding > 0.0):
+        return RIGID, RIGID
+    at_rest, apart = 2.0 * k.step * (k.dry.coulomb + k.dry.breakaway), k.apart * turning.rate
+    return (
+        _bristles(k, s.left_joint, s.right_joint, joint, at_rest, apart),
+        _bristles(k, s.left_ground, s.right_ground, ground, ground.bound, apart),
     )
 
 

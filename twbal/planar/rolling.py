@@ -6,7 +6,7 @@ from twbal.planar.dry_friction import SWEEPS, cut, joint_bound
 from twbal.planar.forces import forces, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
-from twbal.planar.presliding import bristles, rub_or_bend, torques
+from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
 
 
 @kernel(is_inlined=True)
@@ -57,9 +57,8 @@ def roll(
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.dry.rolling
     of_joint, of_ground = determinant / (a + 2.0 * coupling + c), determinant / c  # inertias against their changes
-    at_rest, faster = 2.0 * h * (k.dry.coulomb + k.dry.breakaway), k.apart * turning.rate
-    in_joints = bristles(k, s.left_joint, s.right_joint, wheel_speed - tilt_rate, of_joint, joint, at_rest, faster)
-    on_ground = bristles(k, s.left_ground, s.right_ground, wheel_speed, of_ground, ground, ground, faster)
+    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint, joint), Contact(wheel_speed, of_ground, ground)
+    in_joints, on_ground = frictions(k, s, at_joint, at_ground, turning)
     if joint > 0.0 or ground > 0.0 or loose:
         contact = rubbing = rolling = 0.0
         for _ in range(1 if (joint > 0.0) + (ground > 0.0) + loose == 1 else SWEEPS):
@@ -86,22 +85,7 @@ def roll(
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
     joints, wheels = torques(k, in_joints, wheel_speed - tilt_rate), torques(k, on_ground, wheel_speed)
     return PlanarState(
-        s.tilt + h * tilt_rate,
-        wheel,
-        tilt_rate,
-        wheel_speed,
-        s.torque,
-        s.rotor + h * rotor_speed if loose else wheel,
-        rotor_speed if loose else wheel_speed,
-        0.0,
-        s.position + way,
-        s.driver_torque,
-        sway,
-        sway_rate,
-        s.x + way * turning.cosine,
-        s.y + way * turning.sine,
-        joints[0],
-        joints[1],
-        wheels[0],
-        wheels[1],
-    )
+        s.tilt + h * tilt_rate, wheel, tilt_rate, wheel_speed, s.torque, s.rotor + h * rotor_speed if loose else wheel,
+        rotor_speed if loose else wheel_speed, 0.0, s.position + way, s.driver_torque, sway, sway_rate,
+        s.x + way * turning.cosine, s.y + way * turning.sine, *joints, *wheels,
+    )  # fmt: skip

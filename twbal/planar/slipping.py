@@ -9,7 +9,7 @@ from twbal.planar.dry_friction import SWEEPS, joint_bound
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
-from twbal.planar.presliding import bristles, rub_or_bend, torques
+from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
 
 _traction = kernel(is_inlined=True)(traction_impulse)
 
@@ -49,10 +49,9 @@ def slide(
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.dry.rolling
-    of_joint, faster = spin / (1.0 + spin * q), k.apart * turning.rate
-    at_rest = 2.0 * h * (k.dry.coulomb + k.dry.breakaway)
-    in_joints = bristles(k, s.left_joint, s.right_joint, wheel_speed - tilt_rate, of_joint, joint, at_rest, faster)
-    on_ground = bristles(k, s.left_ground, s.right_ground, wheel_speed, spin, ground, ground, faster)
+    of_joint = spin / (1.0 + spin * q)
+    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint, joint), Contact(wheel_speed, spin, ground)
+    in_joints, on_ground = frictions(k, s, at_joint, at_ground, turning)
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
         before = traction, rolling, rubbing
@@ -75,22 +74,6 @@ def slide(
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
     joints, wheels = torques(k, in_joints, wheel_speed - tilt_rate), torques(k, on_ground, wheel_speed)
     return PlanarState(
-        s.tilt + h * tilt_rate,
-        wheel,
-        tilt_rate,
-        wheel_speed,
-        s.torque,
-        wheel,
-        wheel_speed,
-        slip,
-        s.position + way,
-        s.driver_torque,
-        sway,
-        sway_rate,
-        s.x + way * turning.cosine,
-        s.y + way * turning.sine,
-        joints[0],
-        joints[1],
-        wheels[0],
-        wheels[1],
-    )
+        s.tilt + h * tilt_rate, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, s.position + way,
+        s.driver_torque, sway, sway_rate, s.x + way * turning.cosine, s.y + way * turning.sine, *joints, *wheels,
+    )  # fmt: skip
