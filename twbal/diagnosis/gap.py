@@ -23,11 +23,16 @@ from twbal.sim.restart_state import RestartState
 from twbal.sysid.recording import MEASURED, Recording
 
 Replay = Callable[[FilterResult, Sequence[ReplayStart], Array], Array]
-"""Runs a model in the physics engine: from (n,) starts and (n, S) commands to (n, S + 1, 7) observations, no noise."""
+"""Runs a model in the physics engine: from (n,) starts and (n, S) commands to (n, S + 1, 7) observations, no noise.
+
+Angles and rates of a start, and of an observation, are of one instant, but for what the model's sensors add.
+"""
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _FLOOR_STARTS = 12  # from which the floor is found
 _DIVERGED = math.pi  # rad; a filter that sees a larger tilt, or no number, has diverged
+_HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
+_AT_MOST = 0.25  # share of a recording that goes by until its first rollout
 _IMU_MEMORY = 1.0  # s; a late IMU shows nothing older
 _FLAT = 0.1  # share of the floor by which `before` must exceed it for a share of the gap to mean anything
 
@@ -60,13 +65,14 @@ class RolloutStarts(NamedTuple):
     """Where rollouts begin.
 
     Attributes:
-        history: control periods before each, which fill delays and lags.
+        settling: control periods from the beginning of a recording to the first, after which the filter knows the
+            motion; of a short recording no more than a share of it.
         spacing: from one start to the next [control periods].
         most: starts in all.
         ahead: after each, for the longest rollout [control periods].
     """
 
-    history: int
+    settling: int
     spacing: int
     most: int
     ahead: int
@@ -199,13 +205,22 @@ def _places(
     found = [
         (r, t)
         for r, recording in enumerate(recordings)
-        for t in range(stretches.history, len(recording) - ahead, stretches.spacing)
+        for t in range(_first(recording, stretches), len(recording) - ahead, stretches.spacing)
         if recording.usable[t : t + ahead + 1].all()
         and all(abs(each.trajectories[r].tilt[t]) < _DIVERGED for each in results)
     ]
     if len(found) <= stretches.most:
         return found
     return [found[int(i)] for i in np.linspace(0, len(found) - 1, stretches.most)]
+
+
+def _first(recording: Recording, stretches: RolloutStarts) -> int:
+    """The instant from which on rollouts may begin.
+
+    A filter begins at what the first measurement tells. Until it has settled it is off by several times what the floor
+    says.
+    """
+    return max(min(stretches.settling, int(_AT_MOST * len(recording))), _HISTORY)
 
 
 def _remembered(result: FilterResult, period: float) -> int | None:

@@ -9,13 +9,13 @@ import numpy as np
 
 from twbal.core.engine import dividing_step
 from twbal.core.episode import Episode
-from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import OUTWEIGHED, UNCONFIRMED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.candidates import always_free, log_offsets
 from twbal.diagnosis.commands_that_acted import without_lost_commands
 from twbal.diagnosis.disagreement import disagreements
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.engine_rollouts import replayed
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
@@ -36,10 +36,8 @@ from twbal.diagnosis.wheel_friction import identify_friction
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
-from twbal.effects.library import effects_from
 from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import planar_parameters
-from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
 from twbal.sysid.recording import (
     MEASURED,
@@ -53,7 +51,7 @@ from twbal.sysid.recording import (
 Progress = Callable[[str], None]
 """Is told what is being done, a line at a time."""
 
-_HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
+_SETTLED = 1.0  # s; after which a filter knows the motion as well as it ever will
 _SPACING = 5  # control periods from one rollout to the next, at least
 
 
@@ -264,8 +262,8 @@ def _diagnosis(
         named = _seen_by(found.named, split, simulation.robot, settings)
     period = simulation.robot.control_period
     horizons = sorted({max(1, round(horizon / period)) for horizon in data.horizons})
-    stretches = RolloutStarts(_HISTORY, _SPACING, data.starts, horizons[-1])
-    engine = partial(_replay, simulation)
+    stretches = RolloutStarts(round(_SETTLED / period), _SPACING, data.starts, horizons[-1])
+    engine = partial(replayed, simulation)
     gaps = measure_gaps(
         Models(nominal, refitted, named),
         split.kept_back,
@@ -335,10 +333,3 @@ def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, setti
     return filter_recordings(
         robot, filtered.effects, filtered.noise, filtered.angle_lead, recordings, settings.substeps, offsets
     )
-
-
-def _replay(
-    simulation: DiagnosedSimulation, filtered: FilterResult, starts: Sequence[ReplayStart], commands: Array
-) -> Array:
-    effects = effects_from(filtered.effects)
-    return replay(simulation.robot, effects, simulation.physics_step, starts, commands)
