@@ -20,6 +20,7 @@ from twbal.effects.cogging import Cogging
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.effect import assemble
 from twbal.effects.flexible_frame import FlexibleFrame
+from twbal.effects.friction_feedforward import FrictionFeedforward
 from twbal.effects.ground_slope import GroundSlope
 from twbal.effects.gyro_bias import GyroBias
 from twbal.effects.gyro_scale import GyroScale
@@ -175,6 +176,20 @@ def test_poles_that_the_wheels_meet_apart_cancel(robot):
     (together,) = replay(robot, [Cogging(0.4, 12.0, 0.3)], STEP, [start], held)
     least = np.abs(cogging[0] - none[0])[:, SEEN].max()
     assert least < 0.02 * np.abs(together - none[0])[:, SEEN].max()
+
+
+def test_what_firmware_adds_to_wheels_that_turn_opposite_ways_cancels(robot):
+    """One motor is helped forward and the other backward; only where both turn the same way is the robot pushed."""
+    firmware = [FrictionFeedforward(1.0, 0.5)]
+    spinning = ReplayStart(InitialState(0.0, 0.0, 0.0), RestartState(0.0, yaw_rate=1.5), np.zeros(0), np.zeros((0, 3)))
+    rolling = replace(spinning, initial=InitialState(0.0, 0.0, 0.4), restart=RestartState(0.0))
+    nudged = replace(spinning, initial=InitialState(0.0, 0.0, 0.02))
+    turned, pushed, other = replay(robot, firmware, STEP, [spinning, rolling, nudged], np.zeros((3, 6)))[:, :, SEEN]
+    straight = replay(robot, firmware, STEP, [replace(nudged, restart=RestartState(0.0))], np.zeros((1, 6)))[0, :, SEEN]
+    moved = np.ptp(pushed[:, 1])
+    assert moved > 0.1
+    assert np.ptp(turned[:, 1]) < 0.05 * moved
+    assert np.ptp(other[:, 1]) < 0.3 * np.ptp(straight[1])  # a little more forward than backward
 
 
 def test_a_robot_that_looks_across_a_slope_stands_on_level_ground(robot):

@@ -55,6 +55,7 @@ class JointMotion(NamedTuple):
             0 in the planar model.
         apart: angle for each radian of heading; where `heading` is 1, all of it [rad].
         heading: by which the robot has turned [rad]; 1 where only the product is known.
+        apart_rate: by which one wheel turns faster than the mean and the other slower [rad/s].
     """
 
     angle: float
@@ -62,6 +63,7 @@ class JointMotion(NamedTuple):
     acceleration: float
     apart: float = 0.0
     heading: float = 1.0
+    apart_rate: float = 0.0
 
 
 JointTorque = Callable[[float, JointMotion], float]

@@ -48,4 +48,5 @@ class FrictionFeedforward(JointTorqueEffect):
         """Add what the firmware adds."""
         if self.torque == 0.0:
             return torque
-        return torque + 2.0 * self.torque * tanh(at.rate / self.rate)
+        faster, slower = (at.rate + at.apart_rate) / self.rate, (at.rate - at.apart_rate) / self.rate
+        return torque + self.torque * (tanh(faster) + tanh(slower))

@@ -199,10 +199,10 @@ class BulletRobot:
         tilt = atan2(-_dot(vertical, forward), _dot(vertical, up))
         return Pose(x, y, atan2(-left[0], left[1]), tilt)
 
-    def apart(self) -> float:
-        """By which the right wheel is ahead of the mean of both and the left one behind it [rad]."""
+    def apart(self) -> tuple[float, float]:
+        """By which the right wheel is ahead of the mean of both and the left one behind it [rad], and its rate."""
         left, right = self._client.getJointStates(self._id, _WHEELS)
-        return float(0.5 * (right[0] - left[0]))
+        return float(0.5 * (right[0] - left[0])), float(0.5 * (right[1] - left[1]))
 
     def _turn(self, links: Sequence[int], torque: float) -> None:
         _, r = self._pose()

@@ -141,10 +141,10 @@ class World(Engine):
         motion, before = self._robot.motion(self._vertical), self._rate_before
         acceleration = self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
         self._rate_before = motion.wheel_rate
-        apart = self._robot.apart() if effect_state.joints or self._surroundings.pushes else 0.0
+        apart, apart_rate = self._robot.apart() if effect_state.joints or self._surroundings.pushes else (0.0, 0.0)
         pose = self.pose() if self._surroundings.pushes else _START
         if effect_state.joints:
-            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart)
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart, 1.0, apart_rate)
             torque = effect_state.turn(torque, joint)
         if self._gears.friction_changes:
             self._robot.hold(motion.wheel_rate)
