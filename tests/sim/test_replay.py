@@ -42,6 +42,9 @@ from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.restart_state import RestartState
 from twbal.sim.world import World
+from twbal.sysid.kalman_predictor import STATE_COLUMNS
+from twbal.sysid.open_loop import EARLIEST, predict_open_loop
+from twbal.sysid.recording import Recording
 
 STEP = 0.001
 SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
@@ -176,6 +179,36 @@ def test_poles_that_the_wheels_meet_apart_cancel(robot):
     (together,) = replay(robot, [Cogging(0.4, 12.0, 0.3)], STEP, [start], held)
     least = np.abs(cogging[0] - none[0])[:, SEEN].max()
     assert least < 0.02 * np.abs(together - none[0])[:, SEEN].max()
+
+
+def test_a_robot_turns_as_it_was_measured_to(robot):
+    """Poles of both wheels move against each other as it turns; the planar model takes the turning for known."""
+    effects, periods = [Cogging(1.0, 12.0, 0.3)], 12
+    yaw_rates = 1.5 * np.sin(0.4 * np.arange(EARLIEST + periods + 1))
+    commands = 2.0 * np.cos(np.arange(EARLIEST + periods))
+    seen = np.ones(4, dtype=bool)
+    ride = Recording(
+        "ride",
+        robot.control_period,
+        commands,
+        np.zeros((len(yaw_rates), 4)),
+        yaw_rates,
+        np.ones(len(yaw_rates), dtype=bool),
+        seen,
+    )
+    states = np.zeros((len(yaw_rates), STATE_COLUMNS))
+    start, off = np.array([EARLIEST]), np.zeros((1, 8))
+    planar = planar_parameters(robot, values_of(effects))
+    substeps = round(robot.control_period / STEP)
+    expected = predict_open_loop(planar, ride, substeps, states, start, off, periods, np.inf).readings[0]
+    restart = RestartState(0.0, heading=float(ride.heading[EARLIEST]))
+    free = ReplayStart(InitialState(0.0, 0.0, 0.0), restart, np.zeros(EARLIEST), np.zeros((0, 3)))
+    turned = replace(free, yaw_rates=yaw_rates[EARLIEST:])
+    held = np.repeat(commands[None, EARLIEST:], 2, axis=0)
+    found, straight = replay(robot, effects, STEP, [turned, free], held)[:, 1:][:, :, SEEN]
+    moved = np.ptp(expected, axis=0)
+    assert (np.abs(found - expected).max(axis=0) < 0.02 * moved).all()
+    assert (np.abs(straight - expected).max(axis=0) > 0.1 * moved).any()
 
 
 def test_what_firmware_adds_to_wheels_that_turn_opposite_ways_cancels(robot):

@@ -168,16 +168,17 @@ def _rollouts(
     as the engine's own filter shows something else there, it is off later, less what it forgets.
     """
     remembered = _remembered(result, recordings[0].period)
-    starts = [_start(result.trajectories[r], recordings[r], t, remembered) for r, t in places]
-    seen = np.array([recordings[r].measured[t : t + commands.shape[1] + 1] for r, t in places])  # (n, S + 1, 4)
+    ahead = commands.shape[1]
+    starts = [_start(result.trajectories[r], recordings[r], t, remembered, ahead) for r, t in places]
+    seen = np.array([recordings[r].measured[t : t + ahead + 1] for r, t in places])  # (n, S + 1, 4)
     of = [r for r, _ in places]
     courses = _replayed(result, of, replay, starts, commands)
     errors = courses - seen
     if result.offsets:
         errors[:, :, 0] += np.array([result.offsets[r].tilt for r in of])[:, None]
     if result.filter_rate > 0.0:
-        ahead = recordings[0].period * np.arange(errors.shape[1])
-        errors[:, :, 0] -= errors[:, :1, 0] * np.exp(-result.filter_rate * ahead)
+        since = recordings[0].period * np.arange(ahead + 1)
+        errors[:, :, 0] -= errors[:, :1, 0] * np.exp(-result.filter_rate * since)
     return _Rollouts(starts, courses, errors, of)
 
 
@@ -234,8 +235,11 @@ def _remembered(result: FilterResult, period: float) -> int | None:
     return math.ceil(_IMU_MEMORY / period)
 
 
-def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int | None) -> ReplayStart:
-    """The motion that a model's filter sees at an instant, with the past that its effects remember."""
+def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int | None, ahead: int) -> ReplayStart:
+    """The motion that a model's filter sees at an instant, with the past that its effects remember.
+
+    From there on the robot turns for some control periods `ahead` as it was measured to.
+    """
     past = slice(0 if remembered is None else max(t - remembered, 0), t)
     return ReplayStart(
         initial=InitialState(trajectory.tilt[t], trajectory.tilt_rate[t], trajectory.speed[t]),
@@ -256,6 +260,7 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int
         ),
         past_commands=recording.commands[:t],
         past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[past],
+        yaw_rates=recording.yaw_rate[t : t + ahead + 1],
     )
 
 

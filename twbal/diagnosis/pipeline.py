@@ -51,7 +51,7 @@ from twbal.sysid.recording import (
 Progress = Callable[[str], None]
 """Is told what is being done, a line at a time."""
 
-_SETTLED = 1.0  # s; after which a filter knows the motion as well as it ever will
+_SETTLED = 2.0  # s; after which a filter knows the motion as well as it ever will
 _SPACING = 5  # control periods from one rollout to the next, at least
 
 

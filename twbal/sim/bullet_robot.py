@@ -106,20 +106,32 @@ class BulletRobot:
     def restart(self, state: RestartState) -> None:
         """After `place`: take on what a robot in the middle of a rollout has besides."""
         radius, half = self._robot.wheel_radius, 0.5 * self._robot.track
-        if state.yaw_rate:
-            (x, y, z), (roll, pitch, yaw) = self._client.getBaseVelocity(self._id)
-            self._client.resetBaseVelocity(
-                self._id,
-                linearVelocity=[x, y + state.yaw_rate * self._ahead_of_axle(), z],
-                angularVelocity=[roll, pitch, yaw + state.yaw_rate],
-            )
         for wheel, side in zip(_WHEELS, _SIDES, strict=True):
-            rate = self._client.getJointState(self._id, wheel)[1]
-            rate += (side * half * state.yaw_rate - state.slip) / radius
+            rate = self._client.getJointState(self._id, wheel)[1] - state.slip / radius
             angle = state.wheel_angle + side * half * state.heading / radius
             self._client.resetJointState(self._id, wheel, angle, rate)
+        self.turn_at(state.yaw_rate)
         if self._part:
             self._client.resetJointState(self._id, _PART, state.sway, state.sway_rate)
+
+    def turn_at(self, yaw_rate: float) -> None:
+        """Turn at a rate from now on, to the left [rad/s]; all else of the motion stays, and the wheels go on to roll."""
+        (x, y, z), (roll, pitch, yaw) = self._client.getBaseVelocity(self._id)
+        change = yaw_rate - yaw
+        if change == 0.0:
+            return
+        _, r = self._pose()
+        level = hypot(r[1], r[4])
+        across = change * self._ahead_of_axle() / level
+        self._client.resetBaseVelocity(
+            self._id,
+            linearVelocity=[x + across * r[1], y + across * r[4], z],
+            angularVelocity=[roll, pitch, yaw_rate],
+        )
+        by = 0.5 * self._robot.track * change / self._robot.wheel_radius
+        for wheel, side in zip(_WHEELS, _SIDES, strict=True):
+            angle, rate, *_ = self._client.getJointState(self._id, wheel)
+            self._client.resetJointState(self._id, wheel, angle, rate + side * by)
 
     def hold(self, rate: float) -> None:
         """Let the joints hold as far as dry friction does at a rate of the wheels relative to the body [rad/s].

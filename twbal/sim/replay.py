@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -33,12 +33,15 @@ class ReplayStart:
         past_commands: (t,) all commands since the recording began [N·m]: they fill delays and lags and drain batteries.
         past_motion: (k, 3) tilt, tilt rate and speed at the k instants before, oldest first: a late IMU still shows
             them, and they have misled a filter of the tilt.
+        yaw_rates: (S + 1,) of the robot from the start on [rad/s]: it turns as it did, as what turned it is no part of
+            the commands; empty: it turns freely.
     """
 
     initial: InitialState
     restart: RestartState
     past_commands: Array
     past_motion: Array
+    yaw_rates: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def replay(
@@ -130,6 +133,8 @@ def _course(
     seen = []
     for i in range(len(commands) + 1):
         if i:
+            if len(start.yaw_rates):
+                world.turn_at(0.5 * float(start.yaw_rates[i - 1] + start.yaw_rates[i]))
             world.advance(model.clip(commands[i - 1]), effect_state, steps)
         now = world.motion()
         truth = Observation(

@@ -103,6 +103,10 @@ class World(Engine):
         self._gears.reset(restart.rotor_ahead, restart.rotor_faster, restart.joints)
         self._surroundings.reset(restart, time)
 
+    def turn_at(self, yaw_rate: float) -> None:
+        """Turn at a rate from now on, to the left [rad/s], whatever turned the robot."""
+        self._robot.turn_at(yaw_rate)
+
     def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
         step, drive = self._client.stepSimulation, self._robot.drive
