@@ -9,15 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
-from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
-from twbal.sysid.likelihood import whiten
+from twbal.diagnosis.wave_search import likeliest_wave
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.normal_equations import inverse_of
 from twbal.sysid.prediction_error_fit import Fit, descend, penalty, slopes_of
-from twbal.sysid.recording import Recording
 
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
 """Sizes at which a candidate is tried, as shares of the way from none to its start value."""
@@ -32,10 +29,6 @@ _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
 _BY_JOINT_GAIN = 6  # others that are fitted so, for their joint gain
-_TOGETHER = 16  # waves whose answers are computed together
-_FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
-_TONES = 8192  # frequencies of the Fourier transform
-_COUNT_STEP, _WAVES_STEP = 0.25, 0.1
 _FREQUENCIES = 9  # frequencies at which a resonance is tried, evenly by ratio
 
 
@@ -123,7 +116,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     gain of a size is to first order, with the other free values where they make up for most of its change.
     """
     usual = values_of(candidate, "start")
-    start = usual | _tone(data, fit, candidate)
+    start = usual | likeliest_wave(data, fit, candidate)
     none, low, high = (values_of(candidate, which) for which in ("none", "low", "high"))
     kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in start]
     frozen, free_parameters = J[:, kept], [fit.free_parameters[i] for i in kept]
@@ -189,40 +182,6 @@ def _less(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -
     return model.put(moved)
 
 
-def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
-    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; of a wave only."""
-    if not candidate.is_wave:
-        return {}
-    parameters = {p.name: p for p in candidate.parameters}
-    linear, planar, counter = data.linear(fit.model), fit.model.planar, candidate.counter
-    apart = 0.5 * planar.track / planar.wheel_radius
-    ahead = [apart * recording.heading for recording in data.recordings]
-    of_weight = -1.0 / ((planar.body_mass + 2.0 * planar.wheel_mass) * GRAVITY * planar.wheel_radius)
-    if counter is None:  # once in a turn of the wheels
-        angles = [states[:, 1] for states in _states(data, fit)]
-        value, wave = _over_angle(data, fit, linear, _Waves(1, angles, ahead), np.ones(1))
-        scale = of_weight
-    elif counter.name == "frequency":
-        value, wave = _over_time(data, fit, linear, counter.low, counter.high)
-        scale = 1.0 / planar.wheel_radius
-    elif counter.name == "count":
-        angles = [states[:, 1] - states[:, 0] for states in _states(data, fit)]
-        grid = np.arange(counter.low, counter.high + 1e-9, _COUNT_STEP)
-        value, wave = _over_angle(data, fit, linear, _Waves(0, angles, ahead), grid)
-        scale = 0.5
-    else:
-        ways = [2.0 * np.pi * states[:, 8] for states in _states(data, fit)]
-        grid = np.arange(counter.low, counter.high + 1e-9, _WAVES_STEP)
-        value, wave = _over_angle(data, fit, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
-        scale = of_weight
-    size = candidate.parameters[0]
-    amplitude = float(np.clip(abs(wave) * abs(scale), size.low + 1e-3 * (size.high - size.low), size.high))
-    fields = {size.name: amplitude, "phase": float(np.angle(wave * np.sign(scale)))}
-    if counter is not None:
-        fields[counter.name] = value
-    return {candidate.field(parameters[name]): number for name, number in fields.items()}
-
-
 def resonance_frequencies(frequency: CandidateParameter) -> list[float]:
     """At which a resonance is tried."""
     return [float(each) for each in np.geomspace(frequency.low, frequency.high, _FREQUENCIES)]
@@ -252,112 +211,3 @@ def _resonance_frequency(
         if slope > 0.0 and power > _IDLE and slope**2 / power > best:
             best, found = slope**2 / power, value
     return {field: found}
-
-
-def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high: float) -> tuple[float, complex]:
-    """Frequency [Hz] and complex size of the outside torque Im(wave exp(2πi f t)) that explains most."""
-    white = fit.white.reshape(-1, 4)
-    sums, begin, count = np.zeros((_TONES // 2 + 1, 4), complex), 0, len(white)
-    for recording in data.recordings:
-        part = white[begin : begin + len(recording)][:_TONES]
-        sums += np.fft.rfft(part, _TONES, axis=0)
-        begin += len(recording)
-    frequencies = np.fft.rfftfreq(_TONES, data.period)
-    inside = np.flatnonzero((frequencies >= low) & (frequencies <= high))
-    K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
-    closed = linear.F @ (np.eye(len(linear.F)) - K @ linear.C)
-    turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
-    # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
-    states = len(linear.F)
-    inner = np.linalg.solve(
-        turns[:, None, None] * np.eye(states) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), states, 1))
-    )
-    response = (W @ linear.C @ inner[:, :, 0].T).T * (turns * np.sqrt(turns))[:, None]
-    power = (np.abs(response) ** 2).sum(axis=1)
-    match = (response.conj() * sums[inside]).sum(axis=1)
-    best = int(np.argmax(np.abs(match) ** 2 / power))
-    wave = 2.0 * match[best] / (count * power[best])  # torque Re(wave exp(2πi f t))
-    return float(frequencies[inside[best]]), complex(1j * wave)
-
-
-def _states(data: Data, fit: Fit) -> list[Array]:
-    """The predictor's states of each recording, (T + 1, 15)."""
-    return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
-
-
-class _Waves(NamedTuple):
-    """Where a torque in waves may act.
-
-    Attributes:
-        which: 0 for a torque at the joints, 1 for one on the wheels from outside.
-        angles: (T + 1,) of each recording, the mean of both wheels [rad].
-        ahead: (T + 1,) of each recording, by which one wheel is ahead of the mean and the other behind [rad].
-    """
-
-    which: int
-    angles: Sequence[Array]
-    ahead: Sequence[Array]
-
-
-def _over_angle(data: Data, fit: Fit, linear: LinearPlanarModel, waves: _Waves, counts: Array) -> tuple[float, complex]:
-    """Count and complex size of the torque Im(wave exp(i count angle)) that explains most.
-
-    Args:
-        data: recordings.
-        fit: the model so far.
-        linear: the linear model.
-        waves: where it acts.
-        counts: that are tried.
-    """
-    white = fit.white
-    push = linear.B[:, waves.which].copy()
-    between = [_within_periods(angles) for angles in waves.angles]
-    best, value, wave = -np.inf, float(counts[0]), np.zeros((len(white), 2))
-    for begin in range(0, len(counts), _TOGETHER):
-        tried = counts[begin : begin + _TOGETHER]
-        pieces = [
-            _answers(linear, fit.kalman, push, _over_periods(tried, angles, ahead), recording)
-            for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
-        ]
-        columns = np.concatenate(pieces, axis=1)  # (2 · tried, N), of each count that of its sine and of its cosine
-        for count, pair in zip(tried, columns.reshape(len(tried), 2, -1), strict=True):
-            X = np.stack(list(pair), axis=1)
-            pull = X.T @ white
-            squares = X.T @ X
-            if not (np.isfinite(pull).all() and np.isfinite(squares).all()):
-                continue  # errors that grow without end, by a filter that does not hold them, tell nothing of a wave
-            gain = float(pull @ np.linalg.lstsq(squares, pull, rcond=None)[0])
-            if gain > best:
-                best, value, wave = gain, float(count), X
-    sizes, *_ = np.linalg.lstsq(wave, white, rcond=None)
-    return value, complex(sizes[0], sizes[1])
-
-
-def _within_periods(angles: Array) -> Array:
-    """Angles (T + 1,) at instants within each control period, (fractions, T)."""
-    shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
-    return np.asarray(angles[:-1] + shares[:, None] * np.diff(angles))
-
-
-def _over_periods(counts: Array, angles: Array, ahead: Array) -> Array:
-    """Means of sine and cosine of waves over each control period and both wheels, (T, 2 · counts).
-
-    Args:
-        counts: evenly spaced.
-        angles: (fractions, T).
-        ahead: (T + 1,).
-    """
-    found = np.empty((angles.shape[1], 2 * len(counts)))
-    turned = np.exp(1j * counts[0] * angles)
-    by = np.exp(1j * (counts[1] - counts[0]) * angles) if len(counts) > 1 else turned
-    for number, count in enumerate(counts):
-        wave = np.cos(count * ahead[:-1]) * turned.mean(axis=0)
-        found[:, 2 * number], found[:, 2 * number + 1] = wave.imag, wave.real
-        turned = turned * by  # as sines and cosines of each count take ten times as long
-    return found
-
-
-def _answers(linear: LinearPlanarModel, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
-    """Whitened prediction errors that series of torques (T, m) leave, (m, 4 T)."""
-    found = respond_each(linear.F, linear.C, kalman.gains, push, torques)
-    return np.array([whiten(each, recording.usable, kalman.whiteners, kalman.measured).ravel() for each in found])

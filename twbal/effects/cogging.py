@@ -13,7 +13,8 @@ class Cogging(JointTorqueEffect):
     """Each joint feels torque·sin(count·angle + phase), angle being that of the wheel relative to the body.
 
     The phase of the right wheel is that plus half of `difference`, and that of the left wheel minus it. It acts between
-    wheel and body. The wheels of a robot that turns do not meet their poles together.
+    wheel and body. The wheels of a robot that turns do not meet their poles together. How far apart these come follows
+    from the track between the places at which the tyres touch the ground, which is hardly known to some per cent.
     """
 
     torque: float = parameter(
@@ -38,7 +39,18 @@ class Cogging(JointTorqueEffect):
         least=-100.0,
         below=100.0,
         covers_all=True,
-        sd=1.0,
+        sd=1.8,
+        is_optional=True,
+    )
+    turning: float = parameter(
+        "share by which the wheels come further apart, when the robot turns, than track and radius say",
+        "",
+        (-0.3, 0.3),
+        start=0.0,
+        value=0.0,
+        least=-0.9,
+        below=1.0,
+        sd=0.05,
         is_optional=True,
     )
     reference = (
@@ -53,5 +65,6 @@ class Cogging(JointTorqueEffect):
         """Add the pull of both motors' poles."""
         if self.torque == 0.0:
             return torque
-        in_step = cos(self.count * at.apart * at.heading + 0.5 * self.difference)
+        ahead = (1.0 + self.turning) * at.apart * at.heading
+        in_step = cos(self.count * ahead + 0.5 * self.difference)
         return torque + 2.0 * self.torque * in_step * sin(self.count * at.angle + self.phase)

@@ -115,7 +115,7 @@ class BulletRobot:
             self._client.resetJointState(self._id, _PART, state.sway, state.sway_rate)
 
     def turn_at(self, yaw_rate: float) -> None:
-        """Turn at a rate from now on, to the left [rad/s]; all else of the motion stays, and the wheels go on to roll."""
+        """Turn at a rate from now on, to the left [rad/s]; the wheels go on to roll, and all else stays."""
         (x, y, z), (roll, pitch, yaw) = self._client.getBaseVelocity(self._id)
         change = yaw_rate - yaw
         if change == 0.0:

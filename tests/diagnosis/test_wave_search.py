@@ -1,0 +1,91 @@
+"""The search for waves: means over control periods against quadrature, and poles of wheels that are out of step."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from synthetic_recordings import COLUMNS, NOISE, UNSEEN, excitation, regulator
+
+from twbal.core.start_pose import StartPose
+from twbal.diagnosis import wave_search
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.wave_search import _over_angle, _over_periods, _Waves, _within_periods, likeliest_wave
+from twbal.effects.cogging import Cogging
+from twbal.effects.library import effects_from
+from twbal.planar.parameters import planar_parameters
+from twbal.sim.bullet_plant import SimPlant
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import NoiseModel
+from twbal.sysid.prediction_error_fit import Fit
+from twbal.sysid.recording import Recording
+
+
+def test_waves_are_averaged_over_control_periods_and_both_wheels():
+    """By 200 instants of a period and each wheel's own angle, for as many counts as a search tries together."""
+    rng = np.random.default_rng(0)
+    angles = np.cumsum(rng.uniform(-0.05, 0.1, 40))
+    ahead = np.repeat(rng.uniform(-0.5, 0.5), 40)
+    counts = np.arange(2.0, 6.0, 0.25)
+    found = _over_periods(counts, _within_periods(angles), ahead, 2).reshape(39, len(counts), 2)
+    shares = (np.arange(200) + 0.5) / 200
+    between = angles[:-1, None] + shares * np.diff(angles)[:, None]
+    for number, count in enumerate(counts):
+        for part, wave in enumerate((np.sin, np.cos)):
+            wheels = [wave(count * (between + sign * ahead[0])).mean(axis=1) for sign in (-1.0, 1.0)]
+            np.testing.assert_allclose(found[:, number, part], np.mean(wheels, axis=0), atol=0.002)
+
+
+def test_a_single_wave_needs_no_next_one():
+    angles = np.linspace(0.0, 3.0, 11)
+    found = _over_periods(np.ones(1), _within_periods(angles), np.zeros(11), 2)
+    assert found.shape == (10, 2)
+    np.testing.assert_allclose(found[:, 0], np.sin(0.5 * (angles[1:] + angles[:-1])), atol=0.005)
+
+
+@pytest.mark.parametrize("grown", [np.inf, np.nan, 1e200])
+def test_errors_that_grow_without_end_tell_of_no_wave(grown, monkeypatch):
+    """A filter that does not hold them may be that of a fit which nothing else speaks against."""
+    monkeypatch.setattr(wave_search, "_answers", lambda *arguments: np.full((4, 8), grown))
+    data = SimpleNamespace(recordings=[None])
+    waves = _Waves(0, [np.zeros(3)], [np.zeros(3)])
+    fit = SimpleNamespace(white=np.ones(8), kalman=None)
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = _over_angle(data, fit, SimpleNamespace(B=np.zeros((2, 2))), waves, np.array([3.0, 4.0]))
+    assert found.value == 3.0
+    assert found.wave == 0.0
+
+
+def turning_ride(robot, effects, periods=1200):
+    """A ride in PyBullet that turns a third of a turn to each side and back."""
+    gain, (extra, speeds) = regulator(robot), excitation(robot, periods, np.random.default_rng(3))
+    yaw_rate = 0.9 * np.sin(0.01 * np.arange(periods + 1))
+    noisy = [*effects, *effects_from({"sensor_noise": {**NOISE, **UNSEEN}})]
+    rows, commands = [], []
+    with SimPlant(robot=robot, effects=noisy, start=StartPose(0.0, 0.0, 0.0, 0.0), physics_step=0.001, seed=3) as plant:
+        rows.append(plant.reset(0))
+        for n, (torque, wanted) in enumerate(zip(extra, speeds, strict=True)):
+            seen = rows[-1]
+            speed = robot.wheel_radius * (seen.wheel_rate + seen.tilt_rate)
+            commands.append(float(torque - gain @ [seen.tilt, seen.tilt_rate, speed - wanted]))
+            plant._engine.turn_at(float(0.5 * (yaw_rate[n] + yaw_rate[n + 1])))
+            rows.append(plant.step(commands[-1]))
+    measured, all_count = np.array(rows)[:, COLUMNS], np.ones(periods + 1, dtype=bool)
+    return Recording("ride", robot.control_period, np.array(commands), measured, yaw_rate, all_count, all_count[:4])
+
+
+@pytest.mark.parametrize("off", [0.0, 0.06, -0.08])
+def test_poles_of_wheels_that_turn_apart_are_found_where_the_track_is_not_known(paper, off):
+    """Each wheel has a phase of its own, and the tyres touch the ground further apart, or less, than the sheet says."""
+    (candidate,) = (each for each in candidates_for(paper) if each.name == "cogging")
+    poles = {"torque": 0.15, "count": 14.0, "phase": 0.7, "difference": 2.4}
+    made = turning_ride(replace(paper, track=(1.0 + off) * paper.track), [Cogging(**poles)])
+    data = Data([made], 10)
+    model = Model(planar_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.1, 0.1])))
+    kalman = data.filter(model)
+    found = likeliest_wave(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), candidate)
+    assert found["cogging_count"] == pytest.approx(14.0, abs=0.25)
+    assert found["cogging_turning"] == pytest.approx(off, abs=0.02)
+    assert found["cogging_torque"] == pytest.approx(0.15, rel=0.3)
+    ahead = np.angle(np.exp(1j * (found["cogging_difference"] - 2.4)))
+    assert abs(ahead) < 0.6
