@@ -7,18 +7,19 @@ from scipy.integrate import solve_ivp
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import StartPose
+from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.gyro_bias import GyroBias
 from twbal.effects.gyro_scale import GyroScale
 from twbal.effects.tilt_filter import TiltFilter
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 
-PERIOD, LEAD = 0.02, -0.03
+PERIOD, LEAD, HEIGHT = 0.02, -0.03, 0.5
 
 
 def motion(t):
     """Speed of the axle, tilt and tilt rate of a robot that goes to and fro."""
-    return 2.0 * np.sin(2.0 * t), 0.05 * np.cos(4.0 * t), -0.2 * np.sin(4.0 * t)
+    return 2.0 * np.sin(2.0 * t), 0.3 * np.cos(4.0 * t), -1.2 * np.sin(4.0 * t)
 
 
 GYROS = {"a perfect gyro": (1.0, 0.0), "a scaled gyro": (1.2, 0.0), "a scaled gyro with a bias": (0.9, 0.03)}
@@ -26,18 +27,23 @@ GYROS = {"a perfect gyro": (1.0, 0.0), "a scaled gyro": (1.2, 0.0), "a scaled gy
 
 @pytest.mark.parametrize("gyro", GYROS)
 @pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
-def test_it_follows_its_differential_equation(rate, gyro):
-    scale, bias = GYROS[gyro]
+def test_it_follows_its_differential_equation(paper, rate, gyro):
+    """The direction is that of an accelerometer half a metre above the axle, which feels all that the body does."""
+    (scale, bias), wave = GYROS[gyro], 4.0
 
     def slope(t, e):
-        wrong = (scale - 1.0) * motion(t)[2] + bias
-        return -rate * (np.arctan(4.0 * np.cos(2.0 * t) / GRAVITY) + e) + LEAD * -0.8 * np.cos(4.0 * t) + wrong
+        _, tilt, tilt_rate = motion(t)
+        bend = -(wave**2) * tilt
+        ahead = 4.0 * np.cos(2.0 * t) + HEIGHT * (bend * np.cos(tilt) - tilt_rate**2 * np.sin(tilt))
+        above = GRAVITY - HEIGHT * (bend * np.sin(tilt) + tilt_rate**2 * np.cos(tilt))
+        wrong = (scale - 1.0) * tilt_rate + bias
+        return -rate * (np.arctan2(ahead, above) + e) + 0.5 * PERIOD * bend + wrong
 
     times = PERIOD * np.arange(500)
     exact = solve_ivp(slope, (0.0, 10.0), [0.0], t_eval=times, rtol=1e-9, atol=1e-12).y[0]
     shown, before = [], motion(0.0)[0]
-    sensor = TiltFilter(rate, LEAD).beside([GyroScale(scale), GyroBias(bias)])
-    filtered = sensor.start(PERIOD, np.random.default_rng(0))
+    effect = TiltFilter(rate, 0.5 * PERIOD - rate * HEIGHT / GRAVITY)
+    filtered = effect.on(paper, [GyroScale(scale), GyroBias(bias)]).start(PERIOD, np.random.default_rng(0))
     for time in times:
         speed, tilt, tilt_rate = motion(time)
         truth = Observation(time, tilt, tilt_rate, (speed - before) / PERIOD, 0.0, 0.0, 0.0)
@@ -45,6 +51,15 @@ def test_it_follows_its_differential_equation(rate, gyro):
         before = speed
     assert np.abs(exact).max() > 0.008
     np.testing.assert_allclose(shown, exact, atol=0.01 * np.abs(exact).max())
+
+
+def test_it_shows_the_sum_of_what_the_gyro_showed(paper):
+    """Whatever the tilt did in between, as firmware adds up readings at the ends of its periods."""
+    rng = np.random.default_rng(1)
+    tilts, rates = 0.1 * rng.standard_normal((2, 30))
+    filtered = TiltFilter(0.0, 0.5 * PERIOD).on(paper, []).start(PERIOD, rng)
+    shown = [filtered(Observation(0.0, *each, 0.0, 0.0, 0.0, 0.0)).tilt for each in zip(tilts, rates, strict=True)]
+    np.testing.assert_allclose(np.diff(shown), PERIOD * rates[1:], atol=1e-12)
 
 
 def test_a_filter_that_never_follows_the_accelerometer_shows_the_truth():
@@ -62,7 +77,7 @@ def test_both_engines_show_the_same(request, which, gyro):
     shown = {}
     for rate in (0.0, 2.0):
         for kind in (PlanarPlant, SimPlant):
-            filters = [TiltFilter(rate, LEAD), GyroScale(scale), GyroBias(bias)]
+            filters = [TiltFilter(rate, LEAD), GyroScale(scale), GyroBias(bias), ActuationDelay(0.007)]
             with kind(robot=robot, effects=filters, start=start, physics_step=0.0005, seed=0) as plant:
                 plant.reset(0)
                 shown[rate, kind] = np.array([plant.step(command).tilt for command in commands])

@@ -11,6 +11,7 @@ from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import FittedHypothesis, is_at_bound
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import shifts_of
+from twbal.sysid.model import ANGLE_LEAD
 from twbal.sysid.noise import NoiseModel, discrepancy_sigmas
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
@@ -24,6 +25,7 @@ _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
 _PULLED = 1.5  # tolerances by which a set may pull a value of the data sheet without another search or settled values
+_LATE = 4.0  # tolerances by which a set may have angles read before or after rates without another search
 
 
 class Extent(NamedTuple):
@@ -139,9 +141,14 @@ def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set leaves something unexplained, so that another may be better.
 
     Its errors stay autocorrelated, a parameter is at a bound, or a value of the data sheet that it does not name is out
-    of its tolerances, as where the set of a robot that lacks other effects makes up for them.
+    of its tolerances, as where the set of a robot that lacks other effects makes up for them. So is the time by which
+    angles are read before rates, where a delay or a lag is missing.
     """
-    return not may_be_a_finding(chosen, settings) or pulls_the_data_sheet(chosen, settings)
+    is_late = any(
+        free.field == ANGLE_LEAD and abs(chosen.fit.model.angle_lead - free.mean) > _LATE * free.sd
+        for free in chosen.fit.free_parameters
+    )
+    return is_late or not may_be_a_finding(chosen, settings) or pulls_the_data_sheet(chosen, settings)
 
 
 def may_be_a_finding(chosen: FittedHypothesis, settings: Settings) -> bool:

@@ -239,7 +239,7 @@ class SensorEffect(Effect):
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """A fresh sensor for one rollout, called once a control period [s]."""
 
-    def beside(self, effects: Sequence[Effect]) -> Sensor:
+    def on(self, robot: RobotParameters, effects: Sequence[Effect]) -> Sensor:
         """This sensor on a robot that has all these effects: itself, unless it reads what another one makes."""
         return self
 
@@ -285,5 +285,5 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
         joints=tuple(e for e in ordered if isinstance(e, JointEffect)),
         pushes=tuple(e.push for e in ordered if isinstance(e, AxleTerm)),
         actuators=tuple(e.on(robot) for e in ordered if isinstance(e, ActuatorEffect)),
-        sensors=tuple(e.beside(ordered) for e in ordered if isinstance(e, SensorEffect)),
+        sensors=tuple(e.on(robot, ordered) for e in ordered if isinstance(e, SensorEffect)),
     )

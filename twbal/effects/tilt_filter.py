@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan, expm1
+from math import atan2, cos, expm1, sin
 from typing import NamedTuple
 
 import numpy as np
@@ -10,20 +10,25 @@ import numpy as np
 from twbal.core.plant import Observation
 from twbal.core.quantities import Quantity
 from twbal.core.robot_model import Reading, Sensor, SensorFilter
-from twbal.core.robot_parameters import GRAVITY
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.effects.effect import Effect, Place, SensorEffect, SensorTerm
 from twbal.effects.parameter import adds_to, parameter
+
+HIGHEST = 4.0
+"""Radii of the wheels within which an accelerometer is above or below the axle."""
 
 
 @dataclass(frozen=True)
 class TiltFilter(SensorEffect):
     """The tilt comes from a complementary filter, which follows the accelerometer at `rate` = 1/τ.
 
-    Such a filter adds up the gyro and corrects the sum by the direction in which the accelerometer sees gravity. When
-    the robot speeds up by a, that direction is wrong by arctan(a/g). So the measured tilt is off by e, with
-    e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by
-    T/2; an accelerometer at the height h above the axle takes rate·h/g from that. What a biased or scaled gyro shows
-    beyond θ' is added up as well: it is a further part of e'. It acts on the measured tilt.
+    Such a filter adds up the gyro once a control period T, and corrects the sum by the direction in which the
+    accelerometer sees gravity. When the robot speeds up by a, that direction is wrong by arctan(a/g). So the measured
+    tilt is off by e, with e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles runs ahead of the tilt by T/2;
+    an accelerometer at the height h above the axle feels h·θ'' as well, which takes rate·h/g from that. So `lead` tells
+    its height, within four radii of the wheels, and with it the direction where motions are fast. A torque that comes
+    late bends the tilt rate within a period, which a sum does not see: that is a further part of e. So is what a biased
+    or scaled gyro shows beyond θ'. It acts on the measured tilt.
     """
 
     rate: float = parameter(
@@ -54,27 +59,29 @@ class TiltFilter(SensorEffect):
     separate_by = "Hold the body upright against a wall or rail, push the robot to and fro, and look at the tilt."
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
-        """Hand out a filter of a perfect gyro that has settled at the first instant."""
-        return _Fusion(self, ()).start(control_period, rng)
+        """Hand out a settled filter of a perfect gyro and an accelerometer at the axle."""
+        return _Fusion(self, (), 0.0).start(control_period, rng)
 
-    def beside(self, effects: Sequence[Effect]) -> Sensor:
+    def on(self, robot: RobotParameters, effects: Sequence[Effect]) -> Sensor:
         """The filter of a gyro with those of the effects that change its reading."""
-        return _Fusion(self, tuple(effect for effect in effects if isinstance(effect, SensorTerm)))
+        gyro = tuple(effect for effect in effects if isinstance(effect, SensorTerm))
+        return _Fusion(self, gyro, HIGHEST * robot.wheel_radius)
 
 
 class _Fusion(NamedTuple):
-    """A tilt filter, and what changes the readings of its gyro."""
+    """A tilt filter, what changes the readings of its gyro, and how high its accelerometer may be at most [m]."""
 
     effect: TiltFilter
     gyro: tuple[SensorTerm, ...]
+    highest: float
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """As of `TiltFilter`."""
         rate, lead = self.effect.rate, self.effect.lead
         lost = -expm1(-rate * control_period)
         mean = lost / (rate * control_period) if rate > 0 else 1.0  # of exp(-rate·t) over a period
-        off = 0.0  # tilt that is shown less the true one [rad]
-        before: float | None = None
+        off, speed = 0.0, 0.0  # tilt that is shown less the true one [rad]
+        before: PitchMotion | None = None
 
         def wrong_rate(truth: Observation, tilt_rate: float) -> float:
             """What the gyro shows too much."""
@@ -84,15 +91,53 @@ class _Fusion(NamedTuple):
             return seen.tilt_rate - tilt_rate
 
         def fused(truth: Observation) -> Observation:
-            nonlocal off, before
-            if before is not None:
-                wrong = atan(truth.acceleration / GRAVITY)
-                pushed = lead * (truth.tilt_rate - before) - rate * control_period * wrong
+            nonlocal off, before, speed
+            speed += control_period * truth.acceleration
+            now = PitchMotion(truth.tilt, truth.tilt_rate, speed)
+            if before is not None and (rate > 0.0 or lead != 0.0):
+                faster = now.tilt_rate - before.tilt_rate
+                pushed = lead * faster - rate * (now.speed - before.speed) / GRAVITY
+                pushed += beyond_linear(rate, lead, self.highest, control_period, before, now)
                 if rate > 0.0:
-                    both = wrong_rate(truth, before) + wrong_rate(truth, truth.tilt_rate)
+                    both = wrong_rate(truth, before.tilt_rate) + wrong_rate(truth, truth.tilt_rate)
                     pushed += 0.5 * control_period * both
                 off += mean * pushed - lost * off
-            before = truth.tilt_rate
+            before = now
             return truth._replace(tilt=truth.tilt + off)
 
         return fused
+
+
+class PitchMotion(NamedTuple):
+    """What a filter of the tilt feels of a robot at one instant.
+
+    Attributes:
+        tilt: [rad].
+        tilt_rate: [rad/s].
+        speed: of the axle [m/s].
+    """
+
+    tilt: float
+    tilt_rate: float
+    speed: float
+
+
+def beyond_linear(
+    rate: float, lead: float, highest: float, period: float, before: PitchMotion, now: PitchMotion
+) -> float:
+    """What a filter makes of a control period beyond lead·Δθ' - rate·Δv/g; also compiled for the planar model [rad].
+
+    Args:
+        rate, lead: as of `TiltFilter`.
+        highest: height above or below the axle at which its accelerometer may be [m].
+        period: [s].
+        before, now: the motion at the beginning of the period and at its end.
+    """
+    faster_tilt, faster = now.tilt_rate - before.tilt_rate, now.speed - before.speed
+    bend = 0.5 * period * (before.tilt_rate + now.tilt_rate) - (now.tilt - before.tilt)
+    if rate == 0.0:
+        return bend
+    height = min(max((0.5 * period - lead) * GRAVITY / rate, -highest), highest)
+    ahead = faster + height * (now.tilt_rate * cos(now.tilt) - before.tilt_rate * cos(before.tilt))
+    above = GRAVITY * period - height * (now.tilt_rate * sin(now.tilt) - before.tilt_rate * sin(before.tilt))
+    return bend + rate * ((faster + height * faster_tilt) / GRAVITY - period * atan2(ahead, above))

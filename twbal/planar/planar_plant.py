@@ -27,7 +27,7 @@ from twbal.planar.forces import tipped
 from twbal.planar.motion import step
 from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.planar.planar_state import STRAIGHT, PlanarState, Turning
-from twbal.planar.sensing import imu_settled, read_sensors, see
+from twbal.planar.sensing import fuse, imu_settled, read_sensors, see
 from twbal.planar.terms import drive
 
 _NOTHING = (0.0,) * (len(PlanarState._fields) - 7)
@@ -59,7 +59,7 @@ def hold(
         instants: (T + 1,) of an uneven loop, at which its periods begin and its commands come [s]; `EVEN` of an even
             one, whose periods have the length of this one.
     """
-    reached, ramped = s.torque, s.driver_torque
+    reached, ramped, first = s.torque, s.driver_torque, s
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
     cosine, sine, by = turning.cosine, turning.sine, sine_and_cosine(k.step * turning.rate)
@@ -77,13 +77,14 @@ def hold(
             ramped, demanded = slew_limited(ramped, demanded, k.slew)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate, cosine, sine)
         cosine, sine = cosine * by.cosine - sine * by.sine, sine * by.cosine + cosine * by.sine
-        before = s
         s = step(p, k, s, demanded + k.fade * (reached - demanded), time, now)
         if rarely(k.slope != 0.0 and turning.rate != 0.0):
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate, cosine, sine))
         reached += k.lag * (demanded - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
-        see(p, k, before, s, imu, row, kept, time + k.step)
+        see(p, k, s, imu, row, kept, time + k.step)
+    if rarely(k.filter.rate > 0.0 or k.filter.lead != 0.0):
+        fuse(k, first, s, k.step * substeps, imu, row)
     return PlanarState(
         s.tilt,
         s.wheel,

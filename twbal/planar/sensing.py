@@ -1,6 +1,6 @@
 """What the sensors make of the planar model's motion."""
 
-from math import atan, floor
+from math import floor
 
 import numpy as np
 
@@ -8,6 +8,7 @@ from twbal.core.compiled import kernel, rarely
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
+from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState
@@ -41,22 +42,12 @@ def imu_settled(k: Constants, s: PlanarState, rows: int) -> Array:
 
 
 @kernel(is_inlined=True)
-def see(
-    p: PlanarParameters,
-    k: Constants,
-    before: PlanarState,
-    s: PlanarState,
-    imu: Array,
-    row: int,
-    kept: float,
-    time: float,
-) -> None:
+def see(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, row: int, kept: float, time: float) -> None:
     """Write to the ring what the IMU sees of a state.
 
     Args:
         p: the planar model.
         k: its constants.
-        before: state a physics step before.
         s: state now.
         imu: as of `read_sensors`.
         row: of the ring, which is written.
@@ -68,12 +59,37 @@ def see(
         return
     now, last = _misleading(k, s), row - 1 if row > 0 else len(imu) - 1
     imu[row, 2] = now - kept * (now - imu[last, 2])
-    if k.filter.rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
-        a = (k.radius * (s.wheel_speed - before.wheel_speed) + s.slip - before.slip) / (k.step * GRAVITY)
-        imu[row, 2] -= k.filter.rate * k.step * (a - atan(a))
+    if k.filter.rate > 0.0:
         gyro = sense(p, Reading(0.0, s.tilt_rate, 0.0, 0.0), time).tilt_rate  # which the filter adds up
         imu[row, 2] -= k.step * (gyro - s.tilt_rate)
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
+
+
+_beyond_linear = kernel()(beyond_linear)
+
+
+@kernel(is_inlined=True)
+def _felt(k: Constants, s: PlanarState, faster_tilt: float) -> PitchMotion:
+    """What a filter of the tilt feels; angles run ahead of rates by half a physics step, which their changes share."""
+    return PitchMotion(s.tilt - 0.5 * k.step * faster_tilt, s.tilt_rate, k.radius * s.wheel_speed + s.slip)
+
+
+@kernel()
+def fuse(k: Constants, before: PlanarState, s: PlanarState, period: float, imu: Array, row: int) -> None:
+    """Add what a filter of the tilt makes of a control period beyond what is linear; see `TiltFilter`.
+
+    Args:
+        k: constants of the planar model, with a filter of the tilt.
+        before: state at the beginning of the period.
+        s: state now.
+        period: control period [s].
+        imu: as of `read_sensors`.
+        row: of the ring, which is of now.
+    """
+    first, last = _felt(k, before, 0.0), _felt(k, s, s.tilt_rate - before.tilt_rate)
+    highest = HIGHEST * k.radius
+    imu[row, 2] -= _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last)
+    imu[row, 0] = filtered_tilt(k, s, imu[row, 2])
 
 
 @kernel(is_inlined=True)
