@@ -9,8 +9,10 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
+from twbal.planar.robot_distribution import TILT_FILTER
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, refit
 
@@ -157,6 +159,19 @@ def fit_hypothesis(
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 
 
+def fit_from_all(
+    data: Data,
+    model: Model,
+    always: Sequence[FreeParameter],
+    candidates: Sequence[Candidate],
+    rounds: int,
+    added: Sequence[Candidate],
+) -> FittedHypothesis:
+    """As `fit_hypothesis`, of a set to which candidates were `added`: the best of fits from all that these begin at."""
+    begins = [model, *filter_starts(model, added, data.period)]
+    return min((fit_hypothesis(data, each, always, candidates, rounds) for each in begins), key=lambda w: w.bic)
+
+
 def bic_penalty(candidates: Sequence[Candidate], count: int) -> float:
     """Of the parameters of effects, in -2 log likelihood, for so many instants; a prior is a price of its own."""
     searched = sum(np.log(_WAVES) for each in candidates if each.counter)
@@ -191,16 +206,24 @@ def add_one(
         always: what is always free.
         candidates: that are not in it.
         shortlist: candidates that are fitted, at most.
-        rounds: of the fit of each that comes close to the best (`fit_hypothesis`); of the others the noise stays.
+        rounds: of the fit of each that comes close to the best (`fit_hypothesis`), and of a filter of the tilt; of the
+            others the noise stays.
     """
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
+    if has_lasting_tilt_error(base.fit.model):  # which hides the gain of what makes it
+        chosen += [s for s in screened if s.candidate.name == TILT_FILTER and s not in chosen]
     light = in_threads(lambda s: fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0), chosen)
     best = min((w.bic for w in light), default=0.0)
     close = best + max(_CLOSE * (base.bic - best), _NEAR)
     hypotheses = in_threads(
-        lambda w: fit_hypothesis(data, w.fit.model, always, w.candidates, rounds) if w.bic <= close else w, light
+        lambda w: (
+            fit_from_all(data, w.fit.model, always, w.candidates, rounds, w.candidates[-1:])
+            if w.bic <= close or w.candidates[-1].name == TILT_FILTER
+            else w
+        ),
+        light,
     )
     best = min((w.bic for w in hypotheses), default=0.0)
     order = [candidate.name for candidate in candidates]

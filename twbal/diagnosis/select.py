@@ -8,7 +8,15 @@ from typing import NamedTuple
 
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round, add_one, fit_hypothesis
+from twbal.diagnosis.hypothesis import (
+    ALIKE,
+    FULL_ROUNDS,
+    FittedHypothesis,
+    Round,
+    add_one,
+    fit_from_all,
+    fit_hypothesis,
+)
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Data, FreeParameter, Model
@@ -82,7 +90,8 @@ class Problem(NamedTuple):
         not found any more.
         """
         small = {c.field(p): p.none + _BEGIN * (p.start - p.none) for c in candidates for p in c.parameters}
-        return self.fit(self.data.with_noise(self.start.put(small), 30), candidates, _AT_ONCE_ROUNDS)
+        begin = self.data.with_noise(self.start.put(small), 30)
+        return fit_from_all(self.data, begin, self.always, candidates, _AT_ONCE_ROUNDS, candidates)
 
     def add_to(self, hypothesis: FittedHypothesis) -> Round:
         """What one more effect would bring."""
