@@ -78,7 +78,7 @@ def free_forms(inputs: FreeFormInputs) -> tuple[FreeForm, ...]:
     enough = before + _KEPT * (min(way.cost for way in ways) - before)
     way = next((each for each in ways if each.cost <= enough), ways[-1])
     share = held_out_share(way.fitted, chosen.fit.model, inputs.kept_back, inputs.offsets, way.dispersion)
-    if share <= 0.0:
+    if not share > 0.0:  # none, too, where predictions diverge
         return ()
     curve = drawn(way.fitted, way.dispersion, inputs.form)
     alike = [each.candidate.text for each in others if each.evidence.gain >= _ALIKE * best.evidence.gain]

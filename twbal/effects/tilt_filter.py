@@ -14,6 +14,7 @@ from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.effects.effect import Effect, Place, SensorEffect, SensorTerm
 from twbal.effects.parameter import adds_to, parameter
 
+_FORGETTING = 0.2  # 1/s; from which on all that a sum does not see counts: a filter that never forgets would add it up
 HIGHEST = 4.0
 """Radii of the wheels within which an accelerometer is above or below the axle."""
 
@@ -44,7 +45,7 @@ class TiltFilter(SensorEffect):
         "by which the sum of the gyro runs ahead of the tilt",
         "s",
         (-0.15, 0.05),
-        start=0.0,
+        start=0.01,
         value=0.01,
         least=-10.0,
         below=10.0,
@@ -135,6 +136,7 @@ def beyond_linear(
     """
     faster_tilt, faster = now.tilt_rate - before.tilt_rate, now.speed - before.speed
     bend = 0.5 * period * (before.tilt_rate + now.tilt_rate) - (now.tilt - before.tilt)
+    bend *= min(rate / _FORGETTING, 1.0)
     if rate == 0.0:
         return bend
     height = min(max((0.5 * period - lead) * GRAVITY / rate, -highest), highest)
