@@ -23,7 +23,7 @@ from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.model import Data, Model
+from twbal.sysid.model import ANGLE_LEAD, Data, Model
 from twbal.sysid.noise import LASTING
 from twbal.sysid.prediction_error_fit import Fit
 from twbal.sysid.recording import Recording
@@ -75,6 +75,12 @@ def test_a_set_that_pulls_the_data_sheet_away_is_searched_for_another(names, fac
     hypothesis = fitted(paper, names, values)
     assert is_doubtful(hypothesis, settings()) is doubtful
     assert objections(hypothesis, largest_noise(paper), (), settings()) == ()  # it may be named all the same
+
+
+@pytest.mark.parametrize(("lead", "doubtful"), [(0.0005, False), (0.0015, True), (-0.0015, True)])
+def test_angles_that_are_read_early_may_stand_for_a_delay(lead, doubtful, paper):
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, ANGLE_LEAD: lead})
+    assert is_doubtful(hypothesis, settings()) is doubtful
 
 
 def bounds(robot, field):
