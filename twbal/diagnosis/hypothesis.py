@@ -212,7 +212,7 @@ def add_one(
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    if has_lasting_tilt_error(base.fit.model):  # which hides the gain of what makes it
+    if data.sensed[1] and has_lasting_tilt_error(base.fit.model):  # which hides the gain of what makes it of a gyro
         chosen += [s for s in screened if s.candidate.name == TILT_FILTER and s not in chosen]
     light = in_threads(lambda s: fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0), chosen)
     best = min((w.bic for w in light), default=0.0)

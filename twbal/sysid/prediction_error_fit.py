@@ -164,8 +164,9 @@ def refit(
 ) -> Fit:
     """Values and noise in turn, until neither gains: a fit with the filter of the noise, then the noise of the fit.
 
-    Costs of different filters are comparable: they include the log determinants of the errors' covariances. No round
-    ends with a higher cost than the one before.
+    Costs of different filters are comparable: they include the log determinants of the errors' covariances. Each is
+    that of the filter that belongs to the values, and no round ends with a higher cost than the one before: a fit with
+    the filter of other values may end where its own filter does worse.
 
     Args:
         data: recordings.
@@ -175,19 +176,26 @@ def refit(
         iterations: of each fit, at most.
         noise_iterations: of each fit of the noise, at most.
     """
-    best = _with_determinants(data, descend(data, model, data.filter(model), free_parameters, iterations))
+    best = _by_own_filter(data, descend(data, model, data.filter(model), free_parameters, iterations))
     for number in range(rounds):
         begin, kalman = _likelier_noise(data, best, noise_iterations, afresh=number == 0)
-        found = _with_determinants(data, descend(data, begin, kalman, free_parameters, iterations))
-        gained, best = best.cost - found.cost, found
+        found = _by_own_filter(data, descend(data, begin, kalman, free_parameters, iterations))
+        if found.cost > best.cost:  # the noise alone has made it likelier, if anything has
+            found = _by_own_filter(data, best._replace(model=begin))
+        gained, best = best.cost - found.cost, min(found, best, key=lambda each: each.cost)
         if gained < _CONVERGED:
             break
     return best
 
 
-def _with_determinants(data: Data, fit: Fit) -> Fit:
-    """The fit with a cost that can be compared with that of another filter."""
-    return fit._replace(cost=fit.cost + _log_determinants(data, fit.kalman) + data.penalty(fit.model))
+def _by_own_filter(data: Data, fit: Fit) -> Fit:
+    """The fit with the filter of its values, and a cost that can be compared with those of other filters."""
+    kalman = data.filter(fit.model)
+    white = data.white(fit.model, kalman)
+    value = _cost(white, fit.free_parameters, fit.values)
+    return fit._replace(
+        kalman=kalman, white=white, cost=value + _log_determinants(data, kalman) + data.penalty(fit.model)
+    )
 
 
 def _log_determinants(data: Data, kalman: Filter) -> float:
