@@ -49,11 +49,6 @@ class CandidateParameter(NamedTuple):
         return not (self.name == _PHASE or self.covers_all)
 
     @property
-    def is_signed_size(self) -> bool:
-        """Whether it does nothing at 0, which lies between its bounds, and begins elsewhere."""
-        return self.low < self.none == 0.0 < self.high and self.start != 0.0
-
-    @property
     def is_limit(self) -> bool:
         """Whether it does nothing at its upper bound."""
         return self.none >= self.high
@@ -111,11 +106,8 @@ class Candidate(NamedTuple):
 
     @property
     def sizes(self) -> tuple[CandidateParameter, ...]:
-        """Those of its parameters that say how large it is: the first, and others that do nothing where they are none.
-
-        That is at their low end, or at 0 between their ends, where they begin elsewhere.
-        """
-        more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low or p.is_signed_size)
+        """Those of its parameters that say how large it is: the first, and others that do nothing at their low end."""
+        more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
         return (self.parameters[0], *more)
 
     def may_stand_beside(self, names: Collection[str]) -> bool:

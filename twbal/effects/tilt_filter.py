@@ -45,7 +45,7 @@ class TiltFilter(SensorEffect):
         "by which the sum of the gyro runs ahead of the tilt",
         "s",
         (-0.15, 0.05),
-        start=0.01,
+        start=0.0,
         value=0.01,
         least=-10.0,
         below=10.0,
