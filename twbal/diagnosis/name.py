@@ -20,6 +20,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.graded import widened_by
 from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.late_rivals import with_late_rivals
 from twbal.diagnosis.likeliest import unobjected, with_likeliest, without_untenable
 from twbal.diagnosis.model_comparison import compare_models
 from twbal.diagnosis.null_distribution import null_distribution, null_score
@@ -212,6 +213,7 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
             selection = again
     larger = grown(problem, selection, progress)
     selection = larger if larger.chosen is selection.chosen else exchanged(problem, larger, progress)
+    selection = with_late_rivals(problem, selection, progress)
     selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
     return without_untenable(problem, selection, extent, partial(may_be_a_finding, settings=settings), progress)
 
