@@ -1,0 +1,52 @@
+"""Effects of the same lateness in each other's place, on a recording of the planar model."""
+
+import pytest
+from synthetic_recordings import synthetic_recording
+from test_likeliest import SETTINGS
+
+from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.late_rivals import with_late_rivals
+from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.diagnosis.select import Problem, Selection
+from twbal.planar.parameters import planar_parameters
+from twbal.sysid.model import Data, Model
+
+HIDDEN = {"viscous_friction": {"coefficient": 0.06}, "actuation_delay": {"delay": 0.012}}
+
+
+@pytest.fixture(scope="module")
+def problem(paper):
+    recordings = [synthetic_recording(paper, HIDDEN, seed=s, periods=300) for s in (71, 72)]
+    data, planar = Data(recordings, SETTINGS.substeps, largest_noise(paper), QUIETEST), planar_parameters(paper, {})
+    start = with_fitted_noise(data, Model(planar, 0.0, first_noise(paper, data.sensed)))
+    few = [c for c in candidates_for(paper) if c.name in (*HIDDEN, "motor_lag", "imu_delay", "tilt_filter")]
+    return Problem(data, start, always_free(SETTINGS.tolerances, planar, 2), few, SETTINGS)
+
+
+def ended(problem, *names):
+    """The selection that ended with these effects."""
+    by_name = {c.name: c for c in problem.candidates}
+    return Selection(problem.fit(problem.start, (), 3), (), problem.fit_at_once([by_name[name] for name in names]))
+
+
+def test_a_lag_gives_way_to_the_delay_that_is_there(problem):
+    before = ended(problem, "viscous_friction", "motor_lag")
+    found = with_late_rivals(problem, before, lambda line: None)
+    assert found.chosen.names == ("actuation_delay", "viscous_friction")
+    assert found.chosen.bic < before.chosen.bic
+    assert found.chosen.fit.model.value("actuation_delay_delay") == pytest.approx(0.012, rel=0.15)
+
+
+def test_a_delay_stays_and_its_rivals_are_weighed(problem):
+    before = ended(problem, "viscous_friction", "actuation_delay")
+    found = with_late_rivals(problem, before, lambda line: None)
+    assert found.chosen is before.chosen
+    weighed = {w.names for w in found.sets}
+    assert {("motor_lag", "viscous_friction"), ("imu_delay", "viscous_friction")} <= weighed
+    assert not any("tilt_filter" in names for names in weighed)  # whose lead is no lateness of all
+
+
+def test_nothing_is_tried_where_nothing_is_late(problem):
+    before = ended(problem, "viscous_friction")
+    assert with_late_rivals(problem, before, lambda line: None) is before
