@@ -23,6 +23,7 @@ MAY_BE_NEGATIVE = (
     "*.gyro_bias.rate",
     "*.cable_spring.anchor_*",
     "*.cogging.difference",
+    "*.cogging.turning",
     "*.dead_zone.skew",
     "*.tilt_filter.lead",
     "*.unequal_motors.share",
