@@ -61,7 +61,7 @@ def test_angles_are_those_of_the_instants_of_the_rates(paper, made):
     assert found[[1, 4]] == pytest.approx([true[0], true[1] - true[0]], abs=2e-4)
 
 
-def test_angles_that_are_read_late_stay_so(paper, made):
+def test_angles_that_the_fit_has_run_ahead_of_rates_do_so_in_rollouts(paper, made):
     lead = 0.002
     start = ReplayStart(FALLING, RestartState(0.0), np.zeros(0), np.zeros((0, 3)))
     simulation = DiagnosedSimulation(paper, {}, STEP)

@@ -10,6 +10,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.core.robot_parameters import GRAVITY
+from twbal.diagnosis import free_form
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_candidates import CANDIDATES, JOINT, OUTSIDE, TILT, courses
@@ -102,6 +103,12 @@ def test_viscous_friction_that_the_library_lacks_is_drawn_over_the_wheel_rate(pa
     assert found.share > 0.0
     assert found.p_value < 0.05
     assert found.shape in on_free_forms([found])
+
+
+def test_nothing_is_drawn_where_predictions_diverge_on_held_out_data(paper, settings, monkeypatch):
+    """What is drawn goes into `diagnosis.json`, which takes no number that is not finite."""
+    monkeypatch.setattr(free_form, "held_out_share", lambda *arguments: np.nan)
+    assert drawn_of(paper, settings, VISCOUS, seed=1)[0] == ()
 
 
 def test_nothing_is_drawn_where_nothing_is_missing(paper, settings):

@@ -147,7 +147,7 @@ def _of_both_wheels(
     """The wave that explains most in the joints of both wheels, each with a phase of its own where turning shows it.
 
     How far the wheels come apart when the robot turns is known as well as its track and its wheels, which may not do:
-    with twenty poles and three turns, one part in a hundred makes half a wave. So other values are tried, too, at
+    with twenty poles and three turns, one part in a hundred makes most of a wave. So other values are tried, too, at
     counts near the best one.
     """
     counts = np.arange(counter.low, counter.high + 1e-9, _COUNT_STEP)
