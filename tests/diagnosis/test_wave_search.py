@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from synthetic_recordings import COLUMNS, NOISE, UNSEEN, excitation, regulator
 
+import twbal
 from twbal.core.start_pose import StartPose
 from twbal.diagnosis import wave_search
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.wave_search import _over_angle, _over_periods, _Waves, _within_periods, likeliest_wave
+from twbal.diagnosis.wave_search import _Errors, _over_angle, _over_periods, _Waves, _within_periods, likeliest_wave
 from twbal.effects.cogging import Cogging
 from twbal.effects.library import effects_from
 from twbal.planar.parameters import planar_parameters
@@ -27,31 +28,31 @@ def test_waves_are_averaged_over_control_periods_and_both_wheels():
     angles = np.cumsum(rng.uniform(-0.05, 0.1, 40))
     ahead = np.repeat(rng.uniform(-0.5, 0.5), 40)
     counts = np.arange(2.0, 6.0, 0.25)
-    found = _over_periods(counts, _within_periods(angles), ahead, 2).reshape(39, len(counts), 2)
+    found = _over_periods(counts, _within_periods(angles), ahead, 2)
     shares = (np.arange(200) + 0.5) / 200
     between = angles[:-1, None] + shares * np.diff(angles)[:, None]
     for number, count in enumerate(counts):
         for part, wave in enumerate((np.sin, np.cos)):
             wheels = [wave(count * (between + sign * ahead[0])).mean(axis=1) for sign in (-1.0, 1.0)]
-            np.testing.assert_allclose(found[:, number, part], np.mean(wheels, axis=0), atol=0.002)
+            np.testing.assert_allclose(found[:, part, number], np.mean(wheels, axis=0), atol=0.002)
 
 
 def test_a_single_wave_needs_no_next_one():
     angles = np.linspace(0.0, 3.0, 11)
     found = _over_periods(np.ones(1), _within_periods(angles), np.zeros(11), 2)
-    assert found.shape == (10, 2)
-    np.testing.assert_allclose(found[:, 0], np.sin(0.5 * (angles[1:] + angles[:-1])), atol=0.005)
+    assert found.shape == (10, 2, 1)
+    np.testing.assert_allclose(found[:, 0, 0], np.sin(0.5 * (angles[1:] + angles[:-1])), atol=0.005)
 
 
 @pytest.mark.parametrize("grown", [np.inf, np.nan, 1e200])
 def test_errors_that_grow_without_end_tell_of_no_wave(grown, monkeypatch):
     """A filter that does not hold them may be that of a fit which nothing else speaks against."""
-    monkeypatch.setattr(wave_search, "_answers", lambda *arguments: np.full((4, 8), grown))
-    data = SimpleNamespace(recordings=[None])
+    sums = np.full((2, 2), grown), np.full((2, 2, 2), grown * grown)
+    monkeypatch.setattr(wave_search, "match_each", lambda *arguments: sums)
     waves = _Waves(0, [np.zeros(3)], [np.zeros(3)])
-    fit = SimpleNamespace(white=np.ones(8), kalman=None)
-    with np.errstate(over="ignore", invalid="ignore"):
-        found = _over_angle(data, fit, SimpleNamespace(B=np.zeros((2, 2))), waves, np.array([3.0, 4.0]))
+    linear = SimpleNamespace(F=None, C=None, B=np.zeros((2, 2)))
+    errors = _Errors(linear, SimpleNamespace(gains=None, whiteners=None), [np.ones(3)], [np.ones((2, 4))])
+    found = _over_angle(errors, waves, np.array([3.0, 4.0]))
     assert found.value == 3.0
     assert found.wave == 0.0
 
@@ -89,3 +90,24 @@ def test_poles_of_wheels_that_turn_apart_are_found_where_the_track_is_not_known(
     assert found["cogging_torque"] == pytest.approx(0.15, rel=0.3)
     ahead = np.angle(np.exp(1j * (found["cogging_difference"] - 2.4)))
     assert abs(ahead) < 0.6
+
+
+@pytest.mark.parametrize("name", ["paper", "esp32"])
+@pytest.mark.parametrize(
+    ("effect", "size", "others"),
+    [
+        ("cogging", "torque", {"count": 14.0, "phase": 0.7, "difference": 2.4}),
+        ("ground_waves", "slope", {"waves": 1.5, "phase": 0.5}),
+    ],
+)
+def test_the_size_of_a_wave_is_found_on_a_heavy_and_on_a_light_robot(name, effect, size, others):
+    """By how much a torque of 1 N·m would move a robot does not matter."""
+    robot = twbal.robot(name)
+    given = {size: 0.03 * robot.torque_limit if effect == "cogging" else 0.02, **others}
+    (candidate,) = (each for each in candidates_for(robot) if each.name == effect)
+    data = Data([turning_ride(robot, effects_from({effect: given}))], 10)
+    levels = NoiseModel(np.array([*NOISE.values()]), np.full(2, 0.01 * robot.torque_limit))
+    model = Model(planar_parameters(robot, {}), 0.0, levels)
+    kalman = data.filter(model)
+    found = likeliest_wave(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), candidate)
+    assert found[f"{effect}_{size}"] == pytest.approx(given[size], rel=0.2)

@@ -10,8 +10,9 @@ from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.kalman import kalman_filter, linearise_period, respond_each
-from twbal.sysid.likelihood import cost, whiten
+from twbal.sysid.kalman import kalman_filter, linearise_period
+from twbal.sysid.likelihood import cost, whiten, whitened
+from twbal.sysid.linear_response import match_each, respond_each
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED, NoiseModel
 from twbal.sysid.noise_fit import fit_noise, refilter
@@ -123,6 +124,22 @@ def test_torques_leave_what_the_recursion_says(paper, has_discrepancy):
             if n < len(series):
                 K = gains[min(n, len(gains) - 1)]
                 delta = linear.F @ (delta - K @ (linear.C @ delta)) + push * series[n]
+
+
+@pytest.mark.parametrize("has_discrepancy", [False, True])
+def test_regressions_on_what_torques_leave_have_the_sums_of_their_columns(paper, has_discrepancy):
+    noise = LEVELS._replace(discrepancy=np.full(6, 0.01)) if has_discrepancy else LEVELS
+    linear = linearise_period(planar_parameters(paper, {}), 0.02)
+    linear = linear.with_discrepancy(0.02, 3.0, 0.5) if has_discrepancy else linear
+    kalman, push, rng = kalman_filter(linear, noise), linear.B[:, 0].copy(), np.random.default_rng(1)
+    torques, white = rng.standard_normal((80, 3, 5)), rng.standard_normal((80, 4))
+    weights = np.where(rng.uniform(size=81) < 0.2, 0.0, rng.uniform(0.5, 1.5, 81))
+    pull, squares = match_each(linear.F, linear.C, kalman.gains, push, torques, kalman.whiteners, weights, white)
+    for i in range(5):
+        left = respond_each(linear.F, linear.C, kalman.gains, push, torques[:, :, i].copy())
+        X = whitened(kalman, [weights], [np.moveaxis(left, 0, 2)])
+        np.testing.assert_allclose(pull[:, i], X.T @ white.ravel(), rtol=1e-9, atol=1e-9)
+        np.testing.assert_allclose(squares[:, :, i], X.T @ X, rtol=1e-9, atol=1e-9)
 
 
 @pytest.mark.parametrize("sensed", [(True, True, True, True), (True, False, True, False), (True, True, True, False)])

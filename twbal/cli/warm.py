@@ -30,7 +30,7 @@ from twbal.search.margin import Margin
 from twbal.search.robust import RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.warm import compile_search, is_compiled
-from twbal.sysid.kalman import respond_each
+from twbal.sysid.linear_response import match_each, respond_each
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.posterior import posterior
@@ -115,7 +115,10 @@ def compile_what_few_diagnoses_need() -> None:
     data = Data([seen], 1)
     simulate(experiments_of(_ROBOT)[0], _ROBOT, model, data, 0)
     linear = data.linear(model)
-    respond_each(linear.F, linear.C, data.filter(model).gains, linear.B[:, 0].copy(), np.zeros((3, 2)))
+    kalman, push = data.filter(model), linear.B[:, 0].copy()
+    respond_each(linear.F, linear.C, kalman.gains, push, np.zeros((3, 2)))
+    waves = np.zeros((3, 2, 1)), kalman.whiteners, np.zeros(4), np.zeros((3, 4))
+    match_each(linear.F, linear.C, kalman.gains, push, *waves)
 
 
 def _run(stage: str, out: Path, *words: str) -> None:

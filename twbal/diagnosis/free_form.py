@@ -19,9 +19,9 @@ from twbal.diagnosis.free_form_candidates import CANDIDATES, TILT, FreeFormCandi
 from twbal.diagnosis.free_form_curve import Fitted, drawn, held_out_share
 from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
+from twbal.diagnosis.linear_errors import LinearErrors, linear_errors
 from twbal.sysid.kalman import Filter
-from twbal.sysid.likelihood import cost
+from twbal.sysid.likelihood import cost, weights_of
 from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.smooth_regression import PriorFit, evidence, null_gains
 
@@ -65,7 +65,7 @@ def free_forms(inputs: FreeFormInputs) -> tuple[FreeForm, ...]:
     kalman = data.filter(model)
     errors = data.errors(model, kalman)
     asked = [each for each in CANDIDATES if each.quantity != TILT or data.sensed[0]]
-    tried, dispersion = _ranked(whole.without((), model, weights_of(data, kalman, errors)), asked)
+    tried, dispersion = _ranked(whole.without((), model, weights_of(errors, data.usable, kalman)), asked)
     gain, p_value = tried[0].evidence.gain, _p_value(tried[0], dispersion)
     if gain < _LEAST or p_value > _SURE:
         return ()
@@ -164,7 +164,7 @@ def _moved_on(fitted: Fitted, dispersion: float) -> tuple[Model, list[Array]]:
     at, corrected = fitted.at, fitted.corrected(dispersion)
     model = at.moved(fitted.moved(fitted.weights(dispersion).mean))
     found = at.data.with_noise(model, _NOISE_ITERATIONS, errors=corrected)
-    return found, weights_of(at.data, at.kalman, corrected)
+    return found, weights_of(corrected, at.data.usable, at.kalman)
 
 
 def _ranked(at: LinearErrors, candidates: Sequence[FreeFormCandidate]) -> tuple[list[Fitted], float]:

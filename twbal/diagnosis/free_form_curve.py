@@ -9,9 +9,10 @@ from twbal.core.gaussian import Array, Mask
 from twbal.diagnosis.filter_result import with_offsets
 from twbal.diagnosis.free_form_candidates import FreeFormCandidate, values_of
 from twbal.diagnosis.free_form_shape import shape_of
-from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_of
+from twbal.diagnosis.linear_errors import LinearErrors, linear_errors
 from twbal.sysid.intervals import NORMAL95
 from twbal.sysid.kalman import Filter, LinearPlanarModel
+from twbal.sysid.likelihood import weights_of
 from twbal.sysid.model import Data, FreeParameter, Model, Offsets
 from twbal.sysid.smooth_function import Smooth
 from twbal.sysid.smooth_regression import PriorFit, Projected, Weights, posterior_weights
@@ -148,7 +149,7 @@ def held_out_share(
     kalman, linear = kept_back.filter(plain), kept_back.linear(plain)
     errors = kept_back.errors(plain, kalman)
     model = with_offsets(kept_back, fitted.at.moved(moved)._replace(noise=before.noise), offsets)
-    at = linear_errors(kept_back, model, (), kalman, weights_of(kept_back, kalman, errors))
+    at = linear_errors(kept_back, model, (), kalman, weights_of(errors, kept_back.usable, kalman))
     constants = (moved + fitted.at.off)[len(fitted.at.free_parameters) :]
     left = at.left_by(fitted.candidate, fitted.functions)
     corrected = [e - A @ weights + J @ constants for e, A, J in zip(at.errors, left, at.slopes, strict=True)]

@@ -18,8 +18,9 @@ from twbal.diagnosis.free_form_candidates import (
     values_of,
 )
 from twbal.planar.constants import constants
-from twbal.sysid.kalman import Filter, LinearPlanarModel, first_reading, respond_each
-from twbal.sysid.likelihood import TAIL
+from twbal.sysid.kalman import Filter, LinearPlanarModel, first_reading
+from twbal.sysid.likelihood import whitened
+from twbal.sysid.linear_response import respond_each
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise_fit import refilter
 from twbal.sysid.smooth_function import Smooth, smooth_over
@@ -102,27 +103,6 @@ class LinearErrors:
         return self.model.put(values)
 
 
-def whitened(kalman: Filter, weights: Sequence[Array], parts: Sequence[Array]) -> Array:
-    """Errors of each recording, or columns of them, whitened, weighted and flat.
-
-    Args:
-        kalman: filter whose errors they are.
-        weights: (T + 1,) of each recording, roots of the instants' weights.
-        parts: (T + 1, 4) or (T + 1, 4, m) of each recording.
-
-    Returns:
-        (N,) or (N, m), without the first instants.
-    """
-    found = []
-    for part, own in zip(parts, weights, strict=True):
-        rows = np.minimum(np.arange(len(part)), len(kalman.whiteners) - 1)
-        W = kalman.whiteners[rows] * own[:, None, None]
-        white = W @ (part[:, :, None] if part.ndim == 2 else part)  # (T + 1, 4, m)
-        found.append(white[1:].reshape(4 * (len(part) - 1), -1))
-    stacked = np.concatenate(found)
-    return stacked[:, 0] if parts[0].ndim == 2 else stacked
-
-
 def linear_errors(
     data: Data, model: Model, free_parameters: Sequence[FreeParameter], kalman: Filter, weights: list[Array]
 ) -> LinearErrors:
@@ -133,7 +113,7 @@ def linear_errors(
         model: about which errors are linear.
         free_parameters: what is free in it.
         kalman: the filter.
-        weights: of instants, as of `weights_of`.
+        weights: of instants, as of `likelihood.weights_of`.
     """
     predictions = data.predictions(model, kalman)
     errors = [prediction.errors for prediction in predictions]
@@ -168,22 +148,6 @@ def slopes_by(free: FreeParameter, data: Data, model: Model, kalman: Filter, err
         if all(np.isfinite(each).all() for each in slopes):
             return slopes
     return [np.zeros_like(each) for each in errors]
-
-
-def weights_of(data: Data, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
-    """Roots of the weights that Student's t gives instants, (T + 1,) of each recording, 0 where they do not count.
-
-    They are so scaled that weighted errors are of the size that the filter takes them to have.
-    """
-    found, power, count = [], 0.0, 0
-    for each, usable in zip(errors, data.usable, strict=True):
-        W = kalman.whiteners[np.minimum(np.arange(len(each)), len(kalman.whiteners) - 1)]
-        squares = ((W @ each[:, :, None])[:, :, 0] ** 2).sum(axis=1)
-        counts = usable & (np.arange(len(each)) > 0)
-        weights = counts * (TAIL + kalman.measured) / (TAIL - 2.0 + squares)
-        power, count = power + float(weights @ squares), count + kalman.measured * int(counts.sum())
-        found.append(weights)
-    return [np.sqrt(weights * count / power) for weights in found]
 
 
 def _inputs(candidate: FreeFormCandidate, functions: Smooth, course: VariableSeries) -> Array:

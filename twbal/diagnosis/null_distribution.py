@@ -27,10 +27,11 @@ from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, bic_penalty
-from twbal.diagnosis.linear_errors import slopes_by, weights_of, whitened
+from twbal.diagnosis.linear_errors import slopes_by
 from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.score_test import ScoredCandidate, resonance_frequencies, sizes_of, values_of
 from twbal.diagnosis.settings import LeastScores
+from twbal.sysid.likelihood import weights_of, whitened
 from twbal.sysid.model import Data
 
 _DRAWS = 10_000
@@ -159,7 +160,7 @@ def _directions(data: Data, beside: FittedHypothesis, candidates: Sequence[Candi
     """
     fit = beside.fit
     errors = data.errors(fit.model, fit.kalman)
-    weights = weights_of(data, fit.kalman, errors)
+    weights = weights_of(errors, data.usable, fit.kalman)
     slopes = in_threads(lambda free: slopes_by(free, data, fit.model, fit.kalman, errors), fit.free_parameters)
     J = np.array([whitened(fit.kalman, weights, each) for each in slopes])  # (P, N)
     shifts = [(fit.model.value(free.field) - free.mean) / free.sd for free in fit.free_parameters]

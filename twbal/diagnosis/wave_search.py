@@ -12,11 +12,12 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.planar.constants import Constants, constants
-from twbal.sysid.kalman import Filter, LinearPlanarModel, respond_each
-from twbal.sysid.likelihood import whiten
+from twbal.sysid.kalman import Filter, LinearPlanarModel
+from twbal.sysid.kalman_predictor import PredictorOutput
+from twbal.sysid.likelihood import weights_of, whitened
+from twbal.sysid.linear_response import match_each
 from twbal.sysid.model import Data
 from twbal.sysid.prediction_error_fit import Fit
-from twbal.sysid.recording import Recording
 
 _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
@@ -36,21 +37,14 @@ def likeliest_wave(data: Data, fit: Fit, candidate: Candidate) -> dict[str, floa
     if not candidate.is_wave:
         return {}
     parameters = {p.name: p for p in candidate.parameters}
-    linear, planar, counter = data.linear(fit.model), fit.model.planar, candidate.counter
-    of_weight = -1.0 / ((planar.body_mass + 2.0 * planar.wheel_mass) * GRAVITY * planar.wheel_radius)
-    if counter is None:  # once in a turn of the wheels
-        angles = [states[:, 1] for states in _states(data, fit)]
-        tone, scale = _over_angle(data, fit, linear, _Waves(1, angles, _ahead(data, fit)), np.ones(1)), of_weight
-    elif counter.name == "frequency":
-        tone, scale = _over_time(data, fit, linear, counter.low, counter.high), 1.0 / planar.wheel_radius
-    elif counter.name == "count":
-        angles = [states[:, 1] - states[:, 0] for states in _states(data, fit)]
-        tone, scale = _of_both_wheels(data, fit, linear, _Waves(0, angles, _ahead(data, fit)), counter), 0.5
+    planar, counter = fit.model.planar, candidate.counter
+    if counter is not None and counter.name == "frequency":
+        tone = _over_time(data, fit, data.linear(fit.model), counter.low, counter.high)
+        scale = 1.0 / planar.wheel_radius
     else:
-        ways = [2.0 * np.pi * states[:, 8] for states in _states(data, fit)]
-        grid = np.arange(counter.low, counter.high + 1e-9, _WAVES_STEP)
-        tone = _over_angle(data, fit, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
-        scale = of_weight
+        tone = _along_the_way(data, fit, counter)
+        of_weight = -1.0 / ((planar.body_mass + 2.0 * planar.wheel_mass) * GRAVITY * planar.wheel_radius)
+        scale = 0.5 if counter is not None and counter.name == "count" else of_weight
     size = candidate.parameters[0]
     amplitude = float(np.clip(abs(tone.wave) * abs(scale), size.low + 1e-3 * (size.high - size.low), size.high))
     fields = {size.name: amplitude, "phase": float(np.angle(tone.wave * np.sign(scale)))}
@@ -109,9 +103,48 @@ def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high
     return _Tone(float(frequencies[inside[best]]), complex(1j * wave))
 
 
-def _states(data: Data, fit: Fit) -> list[Array]:
-    """The predictor's states of each recording, (T + 1, 15)."""
-    return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
+def _along_the_way(data: Data, fit: Fit, counter: CandidateParameter | None) -> _Tone:
+    """The wave over the wheels' angle, or the way that they roll, that explains most.
+
+    Args:
+        data: recordings.
+        fit: the model so far.
+        counter: of waves in a turn of the joints, or on a metre of the floor; None for one in a turn of the wheels.
+    """
+    predictions = data.predictions(fit.model, fit.kalman)
+    errors = _errors(data, fit, predictions)
+    states, ahead = [prediction.states for prediction in predictions], _ahead(data, fit)
+    if counter is None:
+        return _over_angle(errors, _Waves(1, [each[:, 1] for each in states], ahead), np.ones(1))
+    if counter.name == "count":
+        return _of_both_wheels(errors, _Waves(0, [each[:, 1] - each[:, 0] for each in states], ahead), counter)
+    ways = [2.0 * np.pi * each[:, 8] for each in states]
+    grid = np.arange(counter.low, counter.high + 1e-9, _WAVES_STEP)
+    return _over_angle(errors, _Waves(1, ways, [0.0 * way for way in ways]), grid)
+
+
+class _Errors(NamedTuple):
+    """What a model leaves, and how a torque would show in it.
+
+    Attributes:
+        linear: the linear model of the model.
+        kalman: filter that made the errors.
+        weights: (T + 1,) of each recording, of instants (`weights_of`).
+        white: (T, 4) of each recording, whitened and weighted, without the first instant.
+    """
+
+    linear: LinearPlanarModel
+    kalman: Filter
+    weights: Sequence[Array]
+    white: Sequence[Array]
+
+
+def _errors(data: Data, fit: Fit, predictions: Sequence[PredictorOutput]) -> _Errors:
+    """Of what a fit predicts."""
+    errors = [prediction.errors for prediction in predictions]
+    weights = weights_of(errors, data.usable, fit.kalman)
+    white = [whitened(fit.kalman, [own], [each]).reshape(-1, 4) for own, each in zip(weights, errors, strict=True)]
+    return _Errors(data.linear(fit.model), fit.kalman, weights, white)
 
 
 def _ahead(data: Data, fit: Fit) -> list[Array]:
@@ -141,9 +174,7 @@ class _Waves(NamedTuple):
         return 4 if self.are_two else 2
 
 
-def _of_both_wheels(
-    data: Data, fit: Fit, linear: LinearPlanarModel, waves: _Waves, counter: CandidateParameter
-) -> _Tone:
+def _of_both_wheels(errors: _Errors, waves: _Waves, counter: CandidateParameter) -> _Tone:
     """The wave that explains most in the joints of both wheels, each with a phase of its own where turning shows it.
 
     How far the wheels come apart when the robot turns is known as well as its track and its wheels, which may not do:
@@ -153,50 +184,46 @@ def _of_both_wheels(
     counts = np.arange(counter.low, counter.high + 1e-9, _COUNT_STEP)
     apart = max(float(np.ptp(each)) for each in waves.ahead)
     if apart * counter.high < _OUT_OF_STEP:
-        return _over_angle(data, fit, linear, waves, counts)
+        return _over_angle(errors, waves, counts)
     waves = waves._replace(are_two=True)
-    best = _over_angle(data, fit, linear, waves, counts)
+    best = _over_angle(errors, waves, counts)
     step = 2.0 * _SEEN_APART / max(apart * best.value, 1e-9)
     near = counts[np.abs(counts - best.value) <= _NEAR_COUNT * best.value]
     for turning in step * np.arange(1.0, min(_TURNING / step, _TURNINGS) + 1e-9):
         for signed in (turning, -turning):
             tried = waves._replace(ahead=[(1.0 + signed) * each for each in waves.ahead])
-            tone = _over_angle(data, fit, linear, tried, near)._replace(turning=signed)
+            tone = _over_angle(errors, tried, near)._replace(turning=signed)
             best = max(best, tone, key=lambda each: each.gain)
     return best
 
 
-def _over_angle(data: Data, fit: Fit, linear: LinearPlanarModel, waves: _Waves, counts: Array) -> _Tone:
+def _over_angle(errors: _Errors, waves: _Waves, counts: Array) -> _Tone:
     """The wave that explains most.
 
     Args:
-        data: recordings.
-        fit: the model so far.
-        linear: the linear model.
+        errors: that the model so far leaves.
         waves: where it acts.
-        counts: that are tried.
+        counts: that are tried, evenly spaced.
     """
-    white = fit.white
+    linear, kalman = errors.linear, errors.kalman
     push = linear.B[:, waves.which].copy()
     between = [_within_periods(angles) for angles in waves.angles]
-    best, value, wave = -np.inf, float(counts[0]), np.zeros((len(white), waves.columns))
+    sizes: Array = np.zeros(waves.columns)
+    best, value = -np.inf, float(counts[0])
     for begin in range(0, len(counts), _TOGETHER):
         tried = counts[begin : begin + _TOGETHER]
-        pieces = [
-            _answers(linear, fit.kalman, push, _over_periods(tried, angles, ahead, waves.columns), recording)
-            for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
-        ]
-        columns = np.concatenate(pieces, axis=1)  # (columns · tried, N)
-        for count, own in zip(tried, columns.reshape(len(tried), waves.columns, -1), strict=True):
-            X = np.stack(list(own), axis=1)
-            pull = X.T @ white
-            squares = X.T @ X
-            if not (np.isfinite(pull).all() and np.isfinite(squares).all()):
+        pull, squares = np.zeros((waves.columns, len(tried))), np.zeros((waves.columns, waves.columns, len(tried)))
+        for angles, ahead, weights, white in zip(between, waves.ahead, errors.weights, errors.white, strict=True):
+            torques = _over_periods(tried, angles, ahead, waves.columns)
+            own = match_each(linear.F, linear.C, kalman.gains, push, torques, kalman.whiteners, weights, white)
+            pull, squares = pull + own[0], squares + own[1]
+        for i, count in enumerate(tried):
+            if not (np.isfinite(pull[:, i]).all() and np.isfinite(squares[:, :, i]).all()):
                 continue  # errors that grow without end, by a filter that does not hold them, tell nothing of a wave
-            gain = float(pull @ np.linalg.lstsq(squares, pull, rcond=None)[0])
+            found = np.linalg.lstsq(squares[:, :, i], pull[:, i], rcond=None)[0]
+            gain = float(pull[:, i] @ found)
             if gain > best:
-                best, value, wave = gain, float(count), X
-    sizes, *_ = np.linalg.lstsq(wave, white, rcond=None)
+                best, value, sizes = gain, float(count), found
     if not waves.are_two:
         return _Tone(value, complex(sizes[0], sizes[1]), best)
     # both wheels together: cos(count ahead + ½ difference) Im(wave exp(i count angle)), of rank one
@@ -213,7 +240,7 @@ def _within_periods(angles: Array) -> Array:
 
 
 def _over_periods(counts: Array, angles: Array, ahead: Array, columns: int) -> Array:
-    """Means of sine and cosine of waves over each control period and both wheels, (T, columns · counts).
+    """Means of sine and cosine of waves over each control period and both wheels, (T, columns, counts).
 
     Args:
         counts: evenly spaced.
@@ -221,19 +248,13 @@ def _over_periods(counts: Array, angles: Array, ahead: Array, columns: int) -> A
         ahead: (T + 1,).
         columns: of each count, as of `_Waves`.
     """
-    found = np.empty((angles.shape[1], len(counts), columns))
-    turned = np.exp(1j * counts[0] * angles)
-    by = np.exp(1j * (counts[1] - counts[0]) * angles) if len(counts) > 1 else turned
-    for number, count in enumerate(counts):
+    found = np.empty((angles.shape[1], columns, len(counts)))
+    step = counts[1] - counts[0] if len(counts) > 1 else 0.0
+    turned, apart = np.exp(1j * counts[0] * angles), np.exp(1j * counts[0] * ahead[:-1])
+    by, further = np.exp(1j * step * angles), np.exp(1j * step * ahead[:-1])
+    for number in range(len(counts)):
         mean = turned.mean(axis=0)
-        for i, in_step in enumerate((np.cos, np.sin)[: columns // 2]):
-            wave = in_step(count * ahead[:-1]) * mean
-            found[:, number, 2 * i], found[:, number, 2 * i + 1] = wave.imag, wave.real
-        turned = turned * by  # as sines and cosines of each count take ten times as long
-    return found.reshape(len(found), -1)
-
-
-def _answers(linear: LinearPlanarModel, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
-    """Whitened prediction errors that series of torques (T, m) leave, (m, 4 T)."""
-    found = respond_each(linear.F, linear.C, kalman.gains, push, torques)
-    return np.array([whiten(each, recording.usable, kalman.whiteners, kalman.measured).ravel() for each in found])
+        for i, in_step in enumerate((apart.real, apart.imag)[: columns // 2]):
+            found[:, 2 * i, number], found[:, 2 * i + 1, number] = in_step * mean.imag, in_step * mean.real
+        turned, apart = turned * by, apart * further  # as sines and cosines of each count take ten times as long
+    return found

@@ -4,6 +4,8 @@ They are taken to be of Student's t distribution, with the filter's covariance a
 measured: a shove or a landing at the start then bears on the fit by no more than a few ordinary instants.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from twbal.core.compiled import kernel
@@ -77,3 +79,40 @@ def cost(errors: list[Array], usable: list[Mask], kalman: Filter) -> float:
     """-2 log likelihood of the prediction errors of several recordings, but for a constant."""
     of = kalman.whiteners, kalman.log_determinants, kalman.measured
     return float(sum(_cost(e, u, *of) for e, u in zip(errors, usable, strict=True)))
+
+
+def weights_of(errors: Sequence[Array], usable: Sequence[Mask], kalman: Filter) -> list[Array]:
+    """Roots of the weights that Student's t gives instants, (T + 1,) of each recording, 0 where they do not count.
+
+    They are so scaled that weighted errors are of the size that the filter takes them to have.
+    """
+    found, power, count = [], 0.0, 0
+    for each, counts in zip(errors, usable, strict=True):
+        W = kalman.whiteners[np.minimum(np.arange(len(each)), len(kalman.whiteners) - 1)]
+        squares = ((W @ each[:, :, None])[:, :, 0] ** 2).sum(axis=1)
+        counts = counts & (np.arange(len(each)) > 0)
+        weights = counts * (TAIL + kalman.measured) / (TAIL - 2.0 + squares)
+        power, count = power + float(weights @ squares), count + kalman.measured * int(counts.sum())
+        found.append(weights)
+    return [np.sqrt(weights * count / power) for weights in found]
+
+
+def whitened(kalman: Filter, weights: Sequence[Array], parts: Sequence[Array]) -> Array:
+    """Errors of each recording, or columns of them, whitened, weighted and flat.
+
+    Args:
+        kalman: filter whose errors they are.
+        weights: (T + 1,) of each recording, roots of the instants' weights.
+        parts: (T + 1, 4) or (T + 1, 4, m) of each recording.
+
+    Returns:
+        (N,) or (N, m), without the first instants.
+    """
+    found = []
+    for part, own in zip(parts, weights, strict=True):
+        rows = np.minimum(np.arange(len(part)), len(kalman.whiteners) - 1)
+        W = kalman.whiteners[rows] * own[:, None, None]
+        white = W @ (part[:, :, None] if part.ndim == 2 else part)  # (T + 1, 4, m)
+        found.append(white[1:].reshape(4 * (len(part) - 1), -1))
+    stacked = np.concatenate(found)
+    return stacked[:, 0] if parts[0].ndim == 2 else stacked
