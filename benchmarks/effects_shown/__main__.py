@@ -20,7 +20,8 @@ from benchmarks.settings import text_settings
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.diagnosis.candidates import Candidate, always_free
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.select import Problem, without
+from twbal.diagnosis.problem import Problem
+from twbal.diagnosis.removal import without
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Field, Model
 

@@ -16,7 +16,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
-from twbal.diagnosis.select import Problem
+from twbal.diagnosis.problem import Problem
 from twbal.diagnosis.verdict import allowed_differences
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model

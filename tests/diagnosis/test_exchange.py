@@ -4,11 +4,12 @@ import pytest
 from synthetic_recordings import synthetic_recording
 from test_likeliest import BASE, CHOSEN, SETTINGS, SIZE, hypothesis
 
-from twbal.diagnosis import exchange, select
+from twbal.diagnosis import exchange
 from twbal.diagnosis.candidates import Candidate, always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import Round
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.score_test import ScoredCandidate
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
@@ -32,12 +33,12 @@ def exchange_effects(monkeypatch):
         def scores(data, fit, candidates):
             return [ScoredCandidate(each, predicted, None, {}) for each in candidates]
 
-        monkeypatch.setattr(select, "fit_hypothesis", fit)
+        monkeypatch.setattr("twbal.diagnosis.problem.fit_hypothesis", fit)
         monkeypatch.setattr(exchange, "score_candidates", scores)
         monkeypatch.setattr(exchange, "bic_penalty", lambda candidates, count: 0.0)
-        monkeypatch.setattr(select.Problem, "add_to", lambda self, w: Round(w, [None], []))
-        problem = select.Problem(_Data(), None, (), (OTHER,), SETTINGS)
-        found = exchange.exchanged(problem, select.Selection(BASE, rounds, chosen), lambda line: None)
+        monkeypatch.setattr(Problem, "add_to", lambda self, w, known: Round(w, [None], []))
+        problem = Problem(_Data(), None, (), (OTHER,), SETTINGS)
+        found = exchange.exchanged(problem, Selection(BASE, rounds, chosen), lambda line: None)
         return found, tried
 
     return end
@@ -88,7 +89,7 @@ def test_a_single_effect_stays(exchange_effects):
 
 
 def test_an_effect_at_a_bound_takes_no_place(exchange_effects, monkeypatch):
-    monkeypatch.setattr(select.Problem, "is_sound", lambda problem, hypothesis, base: False)
+    monkeypatch.setattr(Problem, "is_sound", lambda problem, hypothesis, base: False)
     found, _ = exchange_effects(LOST + 100.0, 560.0)
     assert found.chosen is CHOSEN
 
@@ -101,10 +102,10 @@ def test_a_friction_of_the_floor_gives_way_to_that_of_the_joints(paper):
     start = with_fitted_noise(data, Model(planar, 0.0, first_noise(paper, data.sensed)))
     by_name = {c.name: c for c in candidates_for(paper)}
     few = [by_name[each] for each in (*hidden, "rolling_viscous", "ground_slope", "motor_lag", "gyro_bias")]
-    problem = select.Problem(data, start, always_free(SETTINGS.tolerances, planar, 2), few, SETTINGS)
+    problem = Problem(data, start, always_free(SETTINGS.tolerances, planar, 2), few, SETTINGS)
     base = problem.fit(start, (), 3)
     wrong = problem.fit_at_once([by_name["actuation_delay"], by_name["rolling_viscous"]])
-    found = exchange.exchanged(problem, select.Selection(base, (), wrong), lambda line: None).chosen
+    found = exchange.exchanged(problem, Selection(base, (), wrong), lambda line: None).chosen
     assert found.names == tuple(sorted(hidden))
     assert found.bic < wrong.bic
     for effect, values in hidden.items():

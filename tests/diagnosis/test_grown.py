@@ -3,8 +3,9 @@
 import pytest
 from test_likeliest import BASE, CHOSEN, SETTINGS, hypothesis
 
-from twbal.diagnosis import grown, select
+from twbal.diagnosis import grown
 from twbal.diagnosis.hypothesis import Round
+from twbal.diagnosis.problem import Problem, Selection
 
 LARGER = hypothesis(560.0, *CHOSEN.names, "gyro_bias")
 
@@ -14,16 +15,16 @@ def grow(monkeypatch):
     """How a selection ends whose set gains by one more effect; taking an effect off costs what `left` leaves."""
 
     def end(rounds, larger=LARGER, left=300.0):
-        def add(problem, w):
+        def add(problem, w, known):
             return Round(w, [None], [larger] if w.names == CHOSEN.names else [])
 
         def fit(data, model, always, rest, rounds):
             return hypothesis(left, *(candidate.name for candidate in rest))
 
-        monkeypatch.setattr(select.Problem, "add_to", add)
-        monkeypatch.setattr(select, "fit_hypothesis", fit)
-        problem = select.Problem(None, None, (), (), SETTINGS)
-        return grown.grown(problem, select.Selection(BASE, rounds, CHOSEN), lambda line: None)
+        monkeypatch.setattr(Problem, "add_to", add)
+        monkeypatch.setattr("twbal.diagnosis.problem.fit_hypothesis", fit)
+        problem = Problem(None, None, (), (), SETTINGS)
+        return grown.grown(problem, Selection(BASE, rounds, CHOSEN), lambda line: None)
 
     return end
 

@@ -8,7 +8,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.late_rivals import with_late_rivals
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
-from twbal.diagnosis.select import Problem, Selection
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 

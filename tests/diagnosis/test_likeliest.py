@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from diagnosis_settings import SETTINGS
 
-from twbal.diagnosis import likeliest, probable, select
+from twbal.diagnosis import likeliest, probable
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.model import FreeParameter
 from twbal.sysid.prediction_error_fit import Fit
@@ -35,17 +36,18 @@ CHOSEN = hypothesis(500.0, "actuation_delay", "coulomb_friction")
 
 def selected(*others):
     """A selection that ended with the chosen set, although it had fitted others."""
-    return select.Selection(BASE, (Round(BASE, [], list(others)),), CHOSEN)
+    return Selection(BASE, (Round(BASE, [], list(others)),), CHOSEN)
 
 
 @pytest.fixture
 def ended_selection(monkeypatch):
     """How a selection ends, where taking an effect off a set costs all that it gains."""
-    monkeypatch.setattr(select.Problem, "add_to", lambda self, w: Round(w, [], []))
+    monkeypatch.setattr(Problem, "add_to", lambda self, w, known: Round(w, [], []))
     monkeypatch.setattr(
-        select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(100.0, *(c.name for c in rest))
+        "twbal.diagnosis.problem.fit_hypothesis",
+        lambda data, model, always, rest, rounds: hypothesis(100.0, *(c.name for c in rest)),
     )
-    problem = select.Problem(None, None, (), (), SETTINGS)
+    problem = Problem(None, None, (), (), SETTINGS)
 
     def end(*others):
         selection = selected(*others)
@@ -98,7 +100,7 @@ def test_what_is_of_no_use_in_the_likeliest_set_is_taken_off_unless_the_rest_is_
         names = tuple(c.name for c in candidates)
         return hypothesis(lighter[names]["score"], *names, value=lighter[names].get("value", 0.5))
 
-    monkeypatch.setattr(select, "fit_hypothesis", fit)
+    monkeypatch.setattr("twbal.diagnosis.problem.fit_hypothesis", fit)
     assert ended_selection(hypothesis(520.0, "dead_zone", "motor_lag")).chosen.names == left
 
 
@@ -128,7 +130,7 @@ def test_an_effect_that_another_replaces_beside_the_rest_is_not_objected_to():
 def test_what_is_too_small_to_be_named_is_not_objected_to():
     small = hypothesis(500.0, "actuation_delay", "coulomb_friction", value=0.01)
     others = [hypothesis(520.0, "backlash", "cogging", value=0.9999)]
-    selection = select.Selection(BASE, (Round(BASE, [], others),), small)
+    selection = Selection(BASE, (Round(BASE, [], others),), small)
     assert not probable.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
 
 

@@ -19,8 +19,8 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, 
 from twbal.diagnosis.name import extent_of, first_noise, largest_noise
 from twbal.diagnosis.objections import Extent, Objection, is_doubtful, objections
 from twbal.diagnosis.probable import estimates, probable_effects
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
-from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import ANGLE_LEAD, Data, Model

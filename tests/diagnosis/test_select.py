@@ -11,13 +11,15 @@ from hydra.utils import instantiate
 from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
-from twbal.diagnosis import name, select, tempered
+from twbal.diagnosis import name, removal, select, tempered
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import BOUNDLESS
+from twbal.diagnosis.problem import Problem, Selection, best_inside
 from twbal.diagnosis.record import Verdict
+from twbal.diagnosis.score_test import ScoredCandidate
 from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.model import Data
 from twbal.sysid.prediction_error_fit import Fit
@@ -26,6 +28,8 @@ KIN = {"dead_zone": ("coulomb_friction",)}
 COLOUR = 2.0
 MODEL = SimpleNamespace(put=lambda values: values, value=lambda field: 0.5)
 AT_BOUND = SimpleNamespace(put=lambda values: values, value=lambda field: 1.0)
+FIT = "twbal.diagnosis.problem.fit_hypothesis"
+MARGIN = SETTINGS.thresholds.equivalence_margin
 
 
 def candidate(name):
@@ -44,7 +48,7 @@ BASE = hypothesis(0.0)
 
 
 def problem(settings=SETTINGS):
-    return select.Problem(None, None, (), (), settings)
+    return Problem(None, None, (), (), settings)
 
 
 def beside(**scores):
@@ -57,7 +61,7 @@ def beside(**scores):
 def test_what_no_robot_has_beside_an_effect_is_tried_in_its_place_only(paper):
     all_of_them = candidates_for(paper)
     by_name = {each.name: each for each in all_of_them}
-    asked = select.Problem(None, None, (), all_of_them, SETTINGS)
+    asked = Problem(None, None, (), all_of_them, SETTINGS)
     chosen = replace_candidates(hypothesis(500.0), by_name["backlash"], by_name["dead_zone"])
     assert "backlash_behind_encoder" not in {each.name for each in asked.beside(chosen)}
     assert "backlash_behind_encoder" in {each.name for each in asked.beside(chosen, by_name["backlash"])}
@@ -71,8 +75,8 @@ def replace_candidates(found, *candidates):
 
 def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     near = beside(dead_zone=500.0, actuation_delay=495.0, cogging=480.0)
-    assert select.substitutes(CHOSEN.candidates[1], CHOSEN, [near], SETTINGS) == ["actuation_delay"]
-    assert select.substitutes(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
+    assert removal.substitutes(CHOSEN.candidates[1], CHOSEN, [near], MARGIN) == ["actuation_delay"]
+    assert removal.substitutes(CHOSEN.candidates[0], CHOSEN, [near], MARGIN) == []
 
 
 @pytest.mark.parametrize(("model", "is_kept"), [(MODEL, False), (AT_BOUND, True)])
@@ -82,7 +86,7 @@ def test_a_selection_ends_with_the_best_fit_of_its_set(model, is_kept):
     frees = tuple(free for each in again.candidates for free in each.free_parameters)
     again = again._replace(fit=again.fit._replace(free_parameters=frees))
     other = hypothesis(530.0, "backlash", "motor_lag")
-    found = select.Selection(BASE, (Round(again, [], [other]),), CHOSEN).best_fitted
+    found = Selection(BASE, (Round(again, [], [other]),), CHOSEN).best_fitted
     assert found.chosen is (CHOSEN if is_kept else again)
 
 
@@ -92,23 +96,23 @@ def test_what_does_far_better_or_swallows_the_commands_does_not_as_well():
         hypothesis(499.0, "backlash", "torque_saturation", overriding=("torque_saturation",)),
     ]
     tried = Round(hypothesis(400.0, "backlash"), [], others)
-    assert select.substitutes(CHOSEN.candidates[1], CHOSEN, [tried], SETTINGS) == []
+    assert removal.substitutes(CHOSEN.candidates[1], CHOSEN, [tried], MARGIN) == []
 
 
 def test_a_set_whose_values_were_settled_is_compared_by_the_errors_that_it_left_before():
     near = beside(actuation_delay=300.0)
     louder = CHOSEN._replace(autocorrelations=np.full(4, 60.0 * COLOUR))
-    assert select.substitutes(CHOSEN.candidates[1], louder, [near], SETTINGS) == ["actuation_delay"]
+    assert removal.substitutes(CHOSEN.candidates[1], louder, [near], MARGIN) == ["actuation_delay"]
     settled = louder._replace(temperature=60.0, unsettled=COLOUR)
-    assert select.substitutes(CHOSEN.candidates[1], settled, [near], SETTINGS) == []
+    assert removal.substitutes(CHOSEN.candidates[1], settled, [near], MARGIN) == []
 
 
 def test_a_set_that_swallows_the_commands_has_no_probability_beside_one_that_does_not():
     swallows = hypothesis(900.0, "torque_saturation", overriding=("torque_saturation",))
     tried = [Round(BASE, [], [CHOSEN, swallows])]
-    beside_another = probabilities(select.Selection(BASE, tuple(tried), CHOSEN), SETTINGS)
+    beside_another = probabilities(Selection(BASE, tuple(tried), CHOSEN), SETTINGS)
     assert beside_another[("torque_saturation",)] == 0.0 and beside_another[CHOSEN.names] > 0.99
-    alone = probabilities(select.Selection(BASE, tuple(tried), swallows), SETTINGS)
+    alone = probabilities(Selection(BASE, tuple(tried), swallows), SETTINGS)
     assert alone[("torque_saturation",)] > 0.99
 
 
@@ -123,24 +127,24 @@ def test_a_set_that_swallows_the_commands_has_no_probability_beside_one_that_doe
 )
 def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, monkeypatch):
     monkeypatch.setattr(
-        select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest))
+        FIT,
+        lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest)),
     )
-    found = select.without_unspecific(problem(), CHOSEN, [beside(**rivals)])
+    found = removal.without_unspecific(problem(), CHOSEN, [beside(**rivals)])
     assert found.names == left
 
 
 def test_an_effect_that_gains_nothing_beside_another_goes(monkeypatch):
     scores = {("backlash",): 495.0, ("dead_zone",): 100.0}
     monkeypatch.setattr(
-        select,
-        "fit_hypothesis",
+        FIT,
         lambda data, model, always, rest, rounds: hypothesis(
             scores[tuple(c.name for c in rest)], *(c.name for c in rest)
         ),
     )
-    assert select.without_redundant(problem(), CHOSEN, BASE).names == ("backlash",)
+    assert removal.without_redundant(problem(), CHOSEN, BASE).names == ("backlash",)
     scores["backlash",] = 300.0
-    assert select.without_redundant(problem(), CHOSEN, BASE).names == CHOSEN.names
+    assert removal.without_redundant(problem(), CHOSEN, BASE).names == CHOSEN.names
 
 
 def by_scores(scores):
@@ -151,34 +155,83 @@ def by_scores(scores):
 
 @pytest.mark.parametrize("score", [-400.0, 0.0, 19.0])
 def test_a_set_that_is_not_better_than_the_nominal_model_shrinks_to_nothing(score, monkeypatch):
-    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
+    monkeypatch.setattr(FIT, by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
     at_once = hypothesis(score, "backlash", "dead_zone")
-    assert select.without_redundant(problem(), at_once, BASE) is BASE
-    assert not select._wins(at_once, BASE, BASE, SETTINGS)
+    assert removal.without_redundant(problem(), at_once, BASE) is BASE
+    assert not select._wins(problem(), at_once, BASE, BASE)
 
 
 def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
-    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(FIT, by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.thresholds.min_effect_size * 0.5}
     trifle = hypothesis(
         500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
     )
-    assert select.without_redundant(problem(), trifle, BASE).names == ("backlash",)
+    assert removal.without_redundant(problem(), trifle, BASE).names == ("backlash",)
+
+
+THREE = hypothesis(500.0, "backlash", "dead_zone", "motor_lag")
+
+
+@pytest.mark.parametrize(
+    ("scores", "left", "fits"),
+    [
+        ({("backlash",): 495.0}, ("backlash",), 3 + 1),
+        ({("backlash",): 300.0}, ("backlash", "motor_lag"), 3 + 1 + 2),
+    ],
+    ids=["of no use", "in the place of each other"],
+)
+def test_effects_of_no_use_go_together_but_for_those_that_stand_in_for_each_other(scores, left, fits, monkeypatch):
+    """Either of two may go while the other is there, but not both: then the better set of the two is left."""
+    scores |= {("backlash", "dead_zone"): 498.0, ("backlash", "motor_lag"): 499.0, ("dead_zone", "motor_lag"): 200.0}
+    scores |= {("motor_lag",): 100.0, ("dead_zone",): 100.0}
+    fitted = []
+
+    def fit(data, model, always, rest, rounds):
+        if rounds:  # each set but those that are clearly worse is fitted twice
+            fitted.append(tuple(c.name for c in rest))
+        return hypothesis(scores[tuple(c.name for c in rest)], *(c.name for c in rest))
+
+    monkeypatch.setattr(FIT, fit)
+    assert removal.without_redundant(problem(), THREE, BASE).names == left
+    assert len(fitted) <= fits
+
+
+def test_a_set_that_was_fitted_as_well_is_not_fitted_again(monkeypatch):
+    monkeypatch.setattr(FIT, by_scores({}))  # any fit fails
+    less = hypothesis(300.0, "backlash")
+    known = [Round(hypothesis(499.5, *CHOSEN.names), [], [less])]
+    assert removal.without(problem(), CHOSEN, CHOSEN.candidates[1], known) is less
+    with pytest.raises(KeyError):
+        removal.without(
+            problem(), CHOSEN, CHOSEN.candidates[1], [known[0]._replace(base=hypothesis(490.0, *CHOSEN.names))]
+        )
+
+
+def test_what_was_weighed_beside_a_set_is_not_weighed_again(monkeypatch):
+    candidates = (*CHOSEN.candidates, candidate("motor_lag"), candidate("cogging"))
+    asked = Problem(None, None, (), candidates, SETTINGS)
+    scored = [ScoredCandidate(each, 0.0, None, {}) for each in candidates[2:]]
+    known = Round(hypothesis(500.5, *CHOSEN.names), scored, [])
+    monkeypatch.setattr("twbal.diagnosis.problem.add_one", lambda *arguments: None)
+    assert asked.add_to(CHOSEN, [known]) is known
+    assert asked.add_to(CHOSEN, [known._replace(scored=scored[:1])]) is None  # not all of them were
+    assert asked.add_to(CHOSEN, [known._replace(base=hypothesis(490.0, *CHOSEN.names))]) is None  # a worse fit
 
 
 def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
-    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(FIT, by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     one = replace(SETTINGS, max_effects=1)
-    assert select.without_redundant(problem(one), CHOSEN, BASE).names == ("backlash",)
+    assert removal.without_redundant(problem(one), CHOSEN, BASE).names == ("backlash",)
 
 
 def test_what_swallows_the_commands_is_chosen_only_where_nothing_else_is_worth_it():
     swallows = hypothesis(9000.0, "torque_saturation", overriding=("torque_saturation",))
     sane = hypothesis(300.0, "backlash")
-    assert select.best_inside([swallows, sane], BASE, SETTINGS) is sane
-    (free,) = select.best_inside([swallows], BASE, SETTINGS).at_bound
+    assert best_inside([swallows, sane], BASE, SETTINGS) is sane
+    (free,) = best_inside([swallows], BASE, SETTINGS).at_bound
     assert free.name == "torque_saturation.size"
-    assert not select._wins(swallows, sane, BASE, SETTINGS)
+    assert not select._wins(problem(), swallows, sane, BASE)
 
 
 @pytest.fixture(scope="module")
@@ -217,7 +270,7 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_of_short_recordings(paper
 @pytest.mark.parametrize(("gain", "more", "low", "high"), [(300.0, 50.0, 0.9, 1.0), (9000.0, 50.0, 0.1, 0.5)])
 def test_the_same_gain_says_less_beside_a_larger_one(gain, more, low, high):
     best = hypothesis(gain + more, "dead_zone", "ground_slope")
-    selection = select.Selection(BASE, (Round(BASE, [], [hypothesis(gain, "dead_zone")]),), best)
+    selection = Selection(BASE, (Round(BASE, [], [hypothesis(gain, "dead_zone")]),), best)
     found = probabilities(selection, SETTINGS)
     assert sum(found.values()) == pytest.approx(1.0)
     assert found["dead_zone",] + found[best.names] > 0.999
@@ -235,7 +288,7 @@ def test_the_better_of_two_searches_stays(gain, is_taken, monkeypatch):
     once, twice = white_fit(500.0, "dead_zone"), white_fit(gain, "actuation_delay", "backlash")
     monkeypatch.setattr(tempered, "tempered_search", lambda *arguments: (twice, [Round(twice, [], [])]))
     monkeypatch.setattr(tempered, "without_redundant", lambda problem, chosen, base, rounds: chosen)
-    first = select.Selection(BASE, (), once)
+    first = Selection(BASE, (), once)
     found = tempered.search_again(problem(), first, lambda line: None)
     assert (found.chosen is twice) is is_taken
     assert (found is first) is not is_taken
@@ -250,7 +303,7 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
     assert twice.at_bound
     monkeypatch.setattr(name, "is_doubtful", lambda chosen, settings: True)
     for stage, found in (("select", once), ("search_again", twice)):
-        monkeypatch.setattr(name, stage, lambda *arguments, found=found: select.Selection(BASE, (), found))
+        monkeypatch.setattr(name, stage, lambda *arguments, found=found: Selection(BASE, (), found))
     for stage in ("grown", "exchanged"):
         monkeypatch.setattr(name, stage, lambda problem, selection, progress: selection)
     monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)

@@ -10,7 +10,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
-from twbal.diagnosis.select import Problem
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.tempered import settled, tempered_search
 from twbal.diagnosis.verdict import shifts_of
 from twbal.planar.parameters import planar_parameters
@@ -72,7 +72,7 @@ def test_the_shortened_problem_has_the_beginning_of_each_recording(problem):
 def test_the_search_finds_what_is_hidden(problem):
     said = []
     base = problem.fit(problem.start, (), 3)
-    found, rounds = tempered_search(problem, base, said.append)
+    found, rounds = tempered_search(problem, Selection(base, (), base), said.append)
     assert found.names == tuple(sorted(HIDDEN))
     assert found.bic < base.bic - 100.0
     assert rounds[-1].base.names == found.names  # to which nothing was worth adding

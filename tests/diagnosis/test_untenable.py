@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from test_likeliest import BASE, SETTINGS, SIZE
 
-from twbal.diagnosis import likeliest, select
+from twbal.diagnosis import likeliest
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import BOUNDLESS, Objection, may_be_a_finding
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.sysid.model import FreeParameter
 from twbal.sysid.prediction_error_fit import Fit
 
@@ -38,9 +39,9 @@ def ended(monkeypatch):
             fits.append(tuple(candidate.name for candidate in candidates))
             return hypothesis(rest["sizes"], **rest["of"]) if len(fits) == 1 else hypothesis({}, 0.0)
 
-        monkeypatch.setattr(select, "fit_hypothesis", fit)
-        problem = select.Problem(None, None, (), (), SETTINGS)
-        selection = select.Selection(BASE, (), chosen)
+        monkeypatch.setattr("twbal.diagnosis.problem.fit_hypothesis", fit)
+        problem = Problem(None, None, (), (), SETTINGS)
+        selection = Selection(BASE, (), chosen)
         explains = partial(may_be_a_finding, settings=SETTINGS)
         return likeliest.without_untenable(problem, selection, BOUNDLESS, explains, lambda line: None), fits
 

@@ -11,8 +11,8 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
 from twbal.diagnosis.objections import Objection
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import Verdict
-from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.usual_effects import USUAL, search_from_usual
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model

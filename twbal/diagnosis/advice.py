@@ -11,8 +11,8 @@ from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
 from twbal.diagnosis.power import unseen
 from twbal.diagnosis.power_record import DetectionPower
+from twbal.diagnosis.problem import Selection, passes
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Verdict
-from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import beyond_tolerance
 

@@ -14,8 +14,9 @@ from typing import NamedTuple
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round, bic_penalty
+from twbal.diagnosis.problem import Problem, Selection
+from twbal.diagnosis.removal import without, without_redundant
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
-from twbal.diagnosis.select import Problem, Selection, without, without_redundant
 from twbal.diagnosis.tempered import added_to
 
 _TIMES = 4  # that an effect is exchanged, at most
@@ -60,8 +61,7 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
             return selection._replace(rounds=tuple(rounds))
         best = min(better, key=lambda w: w.bic)
         best = min(best, problem.fit(best.fit.model, best.candidates, FULL_ROUNDS), key=lambda w: w.bic)
-        larger, added = added_to(problem, best, progress)
-        rounds += added
+        larger = added_to(problem, best, rounds, progress)
         found = without_redundant(problem, larger, selection.base, rounds=rounds)
         is_better = found.candidates and not found.at_bound and found.bic < chosen.bic
         selection = Selection(selection.base, tuple(rounds), found if is_better else best)
@@ -79,9 +79,10 @@ def _best_predicted(problem: Problem, selection: Selection, rounds: list[Round])
         rounds: to which the set without each effect is added.
     """
     chosen = selection.chosen
-    known = {step.base.names for step in rounds if step.scored}
-    out = [c for c in chosen.candidates if tuple(sorted(set(chosen.names) - {c.name})) not in known]
-    lighter = in_threads(partial(without, problem, chosen), out)
+    scored = {step.base.names for step in rounds if step.scored}
+    out = [c for c in chosen.candidates if tuple(sorted(set(chosen.names) - {c.name})) not in scored]
+    known = tuple(rounds)
+    lighter = in_threads(lambda candidate: without(problem, chosen, candidate, known), out)
     rounds.append(Round(chosen, [], lighter))
     found = list[_Exchange]()
     for candidate, rest in zip(out, lighter, strict=True):

@@ -7,7 +7,8 @@ or beside the other effect, may be worth its penalty beside what is left.
 from collections.abc import Callable, Sequence
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.select import Problem, Selection, without_redundant
+from twbal.diagnosis.problem import Problem, Selection
+from twbal.diagnosis.removal import without_redundant
 from twbal.diagnosis.tempered import added_to
 
 _TIMES = 3  # that effects are added and others taken off, at most
@@ -25,8 +26,7 @@ def grown(problem: Problem, selection: Selection, progress: Callable[[str], None
     for _ in range(_TIMES):
         if not chosen.candidates or _is_asked(chosen, rounds):
             break
-        larger, added = added_to(problem, chosen, progress)
-        rounds += added
+        larger = added_to(problem, chosen, rounds, progress)
         found = without_redundant(problem, larger, selection.base, rounds=rounds) if larger is not chosen else chosen
         if found.at_bound or found.bic >= chosen.bic:
             break

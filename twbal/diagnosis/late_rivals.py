@@ -11,7 +11,7 @@ from collections.abc import Callable
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round
-from twbal.diagnosis.select import Problem, Selection
+from twbal.diagnosis.problem import Problem, Selection
 
 
 def with_late_rivals(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:

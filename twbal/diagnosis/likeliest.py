@@ -10,7 +10,8 @@ from collections.abc import Callable
 from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round
 from twbal.diagnosis.objections import Extent, to_bounds, to_slow_waves
 from twbal.diagnosis.probable import Weights
-from twbal.diagnosis.select import Problem, Selection, without_redundant
+from twbal.diagnosis.problem import Problem, Selection
+from twbal.diagnosis.removal import without_redundant
 
 _CLEARLY = 2.0  # times as likely, from which on another set takes the place of the one that was chosen
 _TRIED = 3  # sets about as likely as the chosen one that may take its place, at most
@@ -39,7 +40,7 @@ def with_likeliest(
     if not chosen or best is None or weights[best.names] < _CLEARLY * _weight_of(selection.chosen, weights):
         return selection
     progress(f"weighing the likeliest set, {', '.join(best.names)}")
-    rounds = [*selection.rounds, Round(selection.chosen, [], []), problem.add_to(best)]
+    rounds = [*selection.rounds, Round(selection.chosen, [], []), problem.add_to(best, selection.rounds)]
     found = without_redundant(problem, best, selection.base, rounds=rounds)
     is_another = found.candidates and not _are_nested(chosen, set(found.names))
     return Selection(selection.base, tuple(rounds), found if is_another and not found.at_bound else best)

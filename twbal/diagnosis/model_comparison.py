@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
-from twbal.diagnosis.select import Problem, Selection
 from twbal.effects.library import library
 from twbal.sysid.model import Data, Field
 from twbal.sysid.prediction_error_fit import Fit

@@ -38,6 +38,7 @@ from twbal.diagnosis.objections import (
 from twbal.diagnosis.power import detection_power
 from twbal.diagnosis.power_record import DetectionPower
 from twbal.diagnosis.probable import Weights, outweighed, probable_effects
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import (
     LIKELY,
     ProbableEffect,
@@ -45,8 +46,9 @@ from twbal.diagnosis.record import (
     Rival,
     Verdict,
 )
+from twbal.diagnosis.removal import without
 from twbal.diagnosis.score_test import score_candidates
-from twbal.diagnosis.select import Problem, Selection, refitted, select, without
+from twbal.diagnosis.select import refitted, select
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again, settled
 from twbal.diagnosis.tolerance_test import tolerance_statistic

@@ -21,8 +21,9 @@ from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import BOUNDLESS, Extent, Objection, negligible, spaced, to_bounds, to_slow_waves
+from twbal.diagnosis.problem import Selection
 from twbal.diagnosis.record import LIKELY, LISTED, Estimate, ProbableEffect, Verdict
-from twbal.diagnosis.select import Selection, substitutes
+from twbal.diagnosis.removal import substitutes
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.intervals import NORMAL95, interval, standard_errors
 from twbal.sysid.model import Data
@@ -58,7 +59,7 @@ def probable_effects(
         settings: of the diagnosis.
         extent: how far the recordings go; what is too slow a wave for them is so in sets that were not chosen, too.
     """
-    chosen = selection.chosen
+    chosen, margin = selection.chosen, settings.thresholds.equivalence_margin
     trifles = {candidate.name for candidate in negligible(chosen, settings)}
     found = list[ProbableEffect]()
     known = set[str]()
@@ -71,7 +72,7 @@ def probable_effects(
         own = objected if holder is chosen else [*to_slow_waves(holder, extent), *_to_own_bounds(holder)]
         for candidate in new:
             what = objected_to(candidate.name, [*objected, *own])
-            near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
+            near = substitutes(candidate, chosen, selection.rounds, margin) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
             known |= {candidate.name, *(name for name in alike if not _is_of_its_own(name, candidate, chosen, weights))}
             against = tuple(o.text for o in own if o.concerns(candidate.name))
@@ -99,9 +100,9 @@ def outweighed(selection: Selection, weights: Weights, settings: Settings) -> li
 
     Not to those that are too small to be named.
     """
-    chosen, found = selection.chosen, []
+    chosen, margin, found = selection.chosen, settings.thresholds.equivalence_margin, []
     for candidate in chosen.effects:
-        near = substitutes(candidate, chosen, selection.rounds, settings)
+        near = substitutes(candidate, chosen, selection.rounds, margin)
         without = {n: w for n, w in weights.items() if not counts_for(candidate, n, near, chosen.names)}
         total = sum(without.values())
         if total > 1.0 - LIKELY and chosen.size_of(candidate) >= settings.thresholds.min_effect_size:

@@ -16,7 +16,8 @@ from functools import partial
 from math import isfinite
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.select import Problem, Selection, without_redundant
+from twbal.diagnosis.problem import Problem, Selection
+from twbal.diagnosis.removal import without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
 _SHORTLIST, _FULL_ROUNDS = 4, 2  # candidates that are fitted in each round; rounds of values and noise in turn
@@ -32,7 +33,7 @@ def search_again(problem: Problem, selection: Selection, progress: Callable[[str
         selection: how the first search went.
         progress: is told what is being done, a line at a time.
     """
-    found, rounds = tempered_search(problem, selection.base, progress)
+    found, rounds = tempered_search(problem, selection, progress)
     return better_of(problem, selection, found, rounds, partial(_said, progress, "second search"))
 
 
@@ -49,31 +50,37 @@ def better_of(
         problem: what is selected from.
         selection: how it went so far.
         found: the other set.
-        rounds: of the other search; those that follow are added.
+        rounds: of all searches, the other one among them.
         progress: is told what is being done, a line at a time.
     """
     progress(f"removing what is not needed from {', '.join(found.names) or 'the refit'}")
     found = without_redundant(problem, found, selection.base, rounds=rounds)
-    if not found.candidates:
+    if not found.candidates or found.bic >= selection.chosen.bic:
         return selection
-    if found.bic >= selection.chosen.bic:
-        return selection
-    return Selection(selection.base, (*selection.rounds, *rounds), found)
+    return Selection(selection.base, tuple(rounds), found)
 
 
 def added_to(
-    problem: Problem, found: FittedHypothesis, progress: Callable[[str], None]
-) -> tuple[FittedHypothesis, list[Round]]:
-    """A set with more effects, one after the other as long as they are worth it, and the rounds in which they came."""
-    rounds = list[Round]()
+    problem: Problem, found: FittedHypothesis, rounds: list[Round], progress: Callable[[str], None]
+) -> FittedHypothesis:
+    """A set with more effects, one after the other as long as they are worth it.
+
+    Args:
+        problem: what is selected from.
+        found: the set.
+        rounds: of all searches so far, which are not gone through again; those that follow are added.
+        progress: is told what is being done, a line at a time.
+    """
     while problem.has_room(found):
         progress(f"weighing what to add to {', '.join(found.names) or 'the refit'}")
-        rounds.append(problem.add_to(found))
-        better = problem.next_from(rounds[-1])
+        step = problem.add_to(found, rounds)
+        if not any(step is known for known in rounds):
+            rounds.append(step)
+        better = problem.next_from(step)
         if better is None:
             break
         found = better
-    return found, rounds
+    return found
 
 
 def _said(progress: Callable[[str], None], search: str, line: str) -> None:
@@ -81,21 +88,21 @@ def _said(progress: Callable[[str], None], search: str, line: str) -> None:
 
 
 def tempered_search(
-    problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]
+    problem: Problem, selection: Selection, progress: Callable[[str], None]
 ) -> tuple[FittedHypothesis, list[Round]]:
     """Add effects one after the other to the beginnings of the recordings, and go on with all that was recorded.
 
     Args:
         problem: what is searched.
-        base: the data sheet refitted, whose autocorrelation is the first temperature.
+        selection: how earlier searches went; the autocorrelation of the data sheet refitted is the first temperature.
         progress: is told what is being done, a line at a time.
 
     Returns:
-        The set that this comes to, and the rounds with all recordings and with the tolerances as they are.
+        The set that this comes to, and the rounds of all searches with all recordings and the tolerances as they are.
     """
-    begun = _begun(problem, base, progress)
+    begun, rounds = _begun(problem, selection.base, progress), list(selection.rounds)
     found = problem.fit(begun.fit.model, begun.candidates, _LAST_ROUNDS)
-    return added_to(problem, found, partial(_said, progress, "second search"))
+    return added_to(problem, found, rounds, partial(_said, progress, "second search")), rounds
 
 
 def _begun(problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]) -> FittedHypothesis:

@@ -7,8 +7,8 @@ and a battery that sags then explain four falls of a robot that has neither. All
 
 from collections.abc import Callable
 
-from twbal.diagnosis.hypothesis import Round
-from twbal.diagnosis.select import Problem, Selection, without_redundant
+from twbal.diagnosis.problem import Problem, Selection
+from twbal.diagnosis.removal import without_redundant
 from twbal.diagnosis.tempered import added_to, better_of
 
 USUAL = (
@@ -39,9 +39,8 @@ def search_from_usual(problem: Problem, selection: Selection, progress: Callable
     if not usual:
         return selection
     say(f"fitting {', '.join(candidate.name for candidate in usual)} at once, and fewer of them")
-    rounds = list[Round]()
+    rounds = list(selection.rounds)
     begun = without_redundant(problem, problem.fit_at_once(usual), selection.base, afresh=True, rounds=rounds)
     if not begun.candidates:
         return selection
-    found, added = added_to(problem, begun, say)
-    return better_of(problem, selection, found, [*rounds, *added], say)
+    return better_of(problem, selection, added_to(problem, begun, rounds, say), rounds, say)

@@ -8,8 +8,8 @@ from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.power import unseen
 from twbal.diagnosis.power_record import DetectionPower
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import Gap, Shift, Verdict
-from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Field
 

@@ -212,7 +212,8 @@ def _over_angle(errors: _Errors, waves: _Waves, counts: Array) -> _Tone:
     best, value = -np.inf, float(counts[0])
     for begin in range(0, len(counts), _TOGETHER):
         tried = counts[begin : begin + _TOGETHER]
-        pull, squares = np.zeros((waves.columns, len(tried))), np.zeros((waves.columns, waves.columns, len(tried)))
+        pull: Array = np.zeros((waves.columns, len(tried)))
+        squares: Array = np.zeros((waves.columns, waves.columns, len(tried)))
         for angles, ahead, weights, white in zip(between, waves.ahead, errors.weights, errors.white, strict=True):
             torques = _over_periods(tried, angles, ahead, waves.columns)
             own = match_each(linear.F, linear.C, kalman.gains, push, torques, kalman.whiteners, weights, white)
@@ -220,7 +221,7 @@ def _over_angle(errors: _Errors, waves: _Waves, counts: Array) -> _Tone:
         for i, count in enumerate(tried):
             if not (np.isfinite(pull[:, i]).all() and np.isfinite(squares[:, :, i]).all()):
                 continue  # errors that grow without end, by a filter that does not hold them, tell nothing of a wave
-            found = np.linalg.lstsq(squares[:, :, i], pull[:, i], rcond=None)[0]
+            found = np.asarray(np.linalg.lstsq(squares[:, :, i], pull[:, i], rcond=None)[0], np.float64)
             gain = float(pull[:, i] @ found)
             if gain > best:
                 best, value, sizes = gain, float(count), found
