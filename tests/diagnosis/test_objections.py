@@ -18,7 +18,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
 from twbal.diagnosis.name import extent_of, first_noise, largest_noise
 from twbal.diagnosis.objections import Extent, Objection, is_doubtful, objections
-from twbal.diagnosis.probable import estimates, probable_effects
+from twbal.diagnosis.probable import estimates, objected_to, probable_effects
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.verdict import conclude, probabilities, review
@@ -243,6 +243,27 @@ def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, object
     assert wave.probability == calibration().corrected(wave.uncalibrated, objected)
     assert ("No recording holds" in " ".join(wave.objections)) == (objected is Objected.EFFECT)
     assert friction.uncalibrated == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("names", [("coulomb_friction", "ground_waves"), ("ground_waves",)], ids=["others", "alone"])
+def test_a_slow_wave_takes_nothing_from_the_effects_beside_it(names, paper):
+    """Half a period does not tell that it is a wave. The friction of the wheels is as sure as without it."""
+    waves = {"ground_waves_slope": 0.02, "ground_waves_waves": 0.5, "ground_waves_phase": 0.3}
+    friction = {"coulomb_friction_torque": 0.3}
+    chosen = fitted(paper, names, waves | (friction if len(names) > 1 else {}))
+    found = objections(chosen, largest_noise(paper), (), settings(), Extent(100.0, 1.0, 10.0))
+    assert [(o.effects, o.is_of_own) for o in found] == [(("ground_waves",), True)]
+    verdict = conclude(Selection(chosen, (), chosen), found, 0.0, (), settings())
+    assert verdict is (Verdict.NAMED if len(names) > 1 else Verdict.UNKNOWN)
+    assert objected_to("ground_waves", found) is Objected.EFFECT
+    assert objected_to("coulomb_friction", found) is Objected.NOTHING
+    data = Data([synthetic_recording(paper, {}, seed=52, periods=300)], 10)
+    kalman = data.filter(chosen.fit.model)
+    chosen = chosen._replace(
+        fit=chosen.fit._replace(kalman=kalman, white=data.white(chosen.fit.model, kalman)), bic_penalty=0.0
+    )
+    effects = probable_effects(data, Selection(chosen, (), chosen), found, verdict, {chosen.names: 1.0}, settings())
+    assert {effect.name for effect in effects if effect.is_named} == set(names) - {"ground_waves"}
 
 
 @pytest.mark.parametrize(("coefficient", "objected"), [(0.3, Objected.EFFECT), (0.05, Objected.NOTHING)])

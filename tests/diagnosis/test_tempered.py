@@ -10,9 +10,9 @@ from synthetic_recordings import synthetic_recording
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.diagnosis.objections import shifts_of
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.tempered import settled, tempered_search
-from twbal.diagnosis.verdict import shifts_of
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.prediction_error_fit import descend, penalty

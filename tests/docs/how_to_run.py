@@ -62,7 +62,7 @@ SMALL: Mapping[str, tuple[str, ...]] = {
             "diagnosis.shortlist=1",
             "diagnosis.max_effects=1",
         ),
-        *("diagnosis.common_effects=[]", "diagnosis.substeps=4", f"diagnosis.exclude=[{_OTHERS}]"),
+        *("diagnosis.substeps=4", f"diagnosis.exclude=[{_OTHERS}]"),
     ),
     "plot": ("seconds=0.2", "frame_rate=5", "width=64", "height=48"),
 }

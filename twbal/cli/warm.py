@@ -101,7 +101,7 @@ def compile_robot_and_diagnosis() -> None:
         _run(
             *("diagnose", Path(folder, "diagnosis"), f"episodes='{record}'", "horizons=[0.06]", "starts=2", "bins=2"),
             *("min_length=15", "min_samples=90", "diagnosis.max_effects=1", "diagnosis.substeps=4"),
-            *("diagnosis.shortlist=1", "diagnosis.common_effects=[]", f"diagnosis.exclude=[{','.join(others)}]"),
+            *("diagnosis.shortlist=1", f"diagnosis.exclude=[{','.join(others)}]"),
         )
 
 

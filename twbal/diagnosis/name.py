@@ -34,6 +34,7 @@ from twbal.diagnosis.objections import (
     negligible,
     objections,
     pulls_the_data_sheet,
+    shifts_of,
 )
 from twbal.diagnosis.power import detection_power
 from twbal.diagnosis.power_record import DetectionPower
@@ -59,7 +60,6 @@ from twbal.diagnosis.verdict import (
     data_sheet_classes,
     log_prior_odds,
     probabilities,
-    shifts_of,
     temperature_of,
 )
 from twbal.effects.library import library
@@ -114,7 +114,7 @@ def name_effects(
     differences = allowed_differences(problem, selection.chosen)
     comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
     power, chance = _further_effects(problem, selection, extent)
-    selection = _with_settled_values(problem, selection, progress)
+    selection = _with_settled_values(problem, selection, against, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
@@ -199,12 +199,10 @@ def _further_effects(
 def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: Callable[[str], None]) -> Selection:
     """The set of effects that fits best, by the first search, and by two others as long as a doubt is left.
 
-    Where settings name common effects, the first search began with all of these at once, and there is no third one. A
-    set with a parameter at a bound is no finding, so it does not take the place of one that may be.
+    A set with a parameter at a bound is no finding, so it does not take the place of one that may be.
     """
     selection, settings = exchanged(problem, select(problem, base, progress), progress), problem.settings
-    others = (search_again,) if settings.common_effects else (search_again, search_from_usual)
-    for search in others if settings.tempered_search else ():
+    for search in (search_again, search_from_usual) if settings.tempered_search else ():
         if not is_doubtful(selection.chosen, settings):
             break
         again = search(problem, selection, progress)
@@ -230,17 +228,26 @@ def _with_unobjected(
     """The selection with a set that has nothing `against` it, if one is about as likely."""
 
     def is_objected(chosen: FittedHypothesis) -> bool:
-        return bool(against(_with_settled_values(problem, selection._replace(chosen=chosen), progress)))
+        return bool(against(_with_settled_values(problem, selection._replace(chosen=chosen), against, progress)))
 
     return selection._replace(chosen=unobjected(selection, weights, is_objected))
 
 
-def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
-    """The selection, whose set has values by a tempered likelihood where it pulls the data sheet."""
+def _with_settled_values(
+    problem: Problem,
+    selection: Selection,
+    against: Callable[[Selection], Sequence[Objection]],
+    progress: Callable[[str], None],
+) -> Selection:
+    """The selection, whose set has values by a tempered likelihood where it pulls the data sheet.
+
+    It keeps its values where the others alone bring something `against` it: they are no remedy then.
+    """
     if not (selection.chosen.effects and pulls_the_data_sheet(selection.chosen, problem.settings)):
         return selection
     progress("fitting the values of what fits best again, by a tempered likelihood")
-    return selection._replace(chosen=settled(problem, selection.chosen))
+    found = selection._replace(chosen=settled(problem, selection.chosen))
+    return selection if against(found) and not against(selection) else found
 
 
 def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent:

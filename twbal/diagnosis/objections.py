@@ -9,8 +9,8 @@ from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.constancy import Inconstancy
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import FittedHypothesis, is_at_bound
+from twbal.diagnosis.record import Shift
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.verdict import shifts_of
 from twbal.sysid.model import ANGLE_LEAD
 from twbal.sysid.noise import NoiseModel, discrepancy_sigmas
 
@@ -70,12 +70,14 @@ class Objection(NamedTuple):
         effects: names of those that it speaks against; none where it speaks against the whole set.
         is_of_weights: whether it says no more than what the probabilities of sets say already.
         is_of_length: whether it says no more than that the recordings are short.
+        is_of_own: whether the other effects of the set are as sure as without it.
     """
 
     text: str
     effects: tuple[str, ...] = ()
     is_of_weights: bool = False
     is_of_length: bool = False
+    is_of_own: bool = False
 
     def concerns(self, effect: str) -> bool:
         """Whether it speaks against an effect of the set."""
@@ -163,6 +165,17 @@ def pulls_the_data_sheet(chosen: FittedHypothesis, settings: Settings) -> bool:
     return bool(_bounded_values(chosen)) or any(abs(shift.sigmas) > _PULLED for shift in shifts)
 
 
+def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
+    """How far the data pull the values of the data sheet, the largest first."""
+    found = []
+    for free in hypothesis.fit.free_parameters:
+        if free.field in DATA_SHEET:
+            factor = hypothesis.fit.model.value(free.field) / free.mean
+            sigmas = (factor - 1.0) / settings.tolerances.of(free.field)
+            found.append(Shift(free.effect, DATA_SHEET[free.field].group, factor, sigmas))
+    return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
+
+
 def negligible(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Candidate, ...]:
     """Effects of a set that are too small to be named, however sure the data are of them."""
     return tuple(
@@ -223,7 +236,7 @@ def to_slow_waves(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
         if periods < least:
             said = f"No recording holds more than {periods:.2g} periods of the {spaced(candidate.name)}; below"
             text = f"{said} {least:g} it cannot be told from any slow change."
-            found.append(Objection(text, (candidate.name,)))
+            found.append(Objection(text, (candidate.name,), is_of_own=True))
     return found
 
 

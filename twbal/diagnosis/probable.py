@@ -82,7 +82,10 @@ def probable_effects(
                 ProbableEffect(
                     name=candidate.name,
                     probability=calibration().corrected(weight, what),
-                    is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
+                    is_named=verdict is Verdict.NAMED
+                    and holder is chosen
+                    and candidate.name not in trifles
+                    and what is not Objected.EFFECT,
                     parameters=sizes[candidate.name],
                     equivalents=alike,
                     separate_by=candidate.separate_by,
@@ -169,7 +172,7 @@ def objected_to(effect: str, objected: Sequence[Objection]) -> Objected:
     objected = [objection for objection in objected if not objection.is_of_weights]
     if any(effect in objection.effects for objection in objected):
         return Objected.EFFECT
-    return Objected.OTHERS if objected else Objected.NOTHING
+    return Objected.NOTHING if all(objection.is_of_own for objection in objected) else Objected.OTHERS
 
 
 def estimates(

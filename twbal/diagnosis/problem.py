@@ -126,16 +126,9 @@ class Problem(NamedTuple):
         """Whether a set has more effects than may be named."""
         return len(hypothesis.effects) > self.settings.max_effects
 
-    @property
-    def common(self) -> list[Candidate]:
-        """Candidates with which the settings let a search begin all at once; none where nothing may be named."""
-        names = self.settings.common_effects if self.settings.max_effects else ()
-        return [candidate for candidate in self.candidates if candidate.name in names]
-
-    def least_gain(self, beside: FittedHypothesis, candidate: Candidate | None = None) -> float:
-        """Gain in BIC from which on a candidate, or any effect, is worth naming beside the errors that a set leaves."""
-        least = self.settings.least_scores.effect if candidate is None else least_score(candidate, self.settings)
-        return least * min(beside.autocorrelation, self.settings.thresholds.max_autocorrelation)
+    def least_gain(self, candidate: Candidate, beside: FittedHypothesis) -> float:
+        """Gain in BIC from which on a candidate is worth its penalty beside the errors that a set leaves."""
+        return self.least_score(candidate) * min(beside.autocorrelation, self.settings.thresholds.max_autocorrelation)
 
     def least_score(self, candidate: Candidate) -> float:
         """As of `least_score`."""

@@ -58,7 +58,7 @@ def _redundant(
     return [
         less
         for less, candidate in zip(lighter, chosen.candidates, strict=True)
-        if less.bic - chosen.bic < problem.least_gain(chosen, candidate)
+        if less.bic - chosen.bic < problem.least_gain(candidate, chosen)
         or problem.is_too_large(chosen)
         or problem.is_trifle(chosen, candidate)
     ]
@@ -84,7 +84,7 @@ def _all_less(
     else:
         found = base
     best = min(chosen.bic, *(less.bic for less in redundant))
-    return found if found.bic - best < min(problem.least_gain(chosen, candidate) for candidate in gone) else None
+    return found if found.bic - best < min(problem.least_gain(candidate, chosen) for candidate in gone) else None
 
 
 def _one_less(

@@ -117,7 +117,6 @@ class Settings:
         thresholds: where decisions are made.
         substeps: physics steps of a control period, at most; more only where viscous friction makes the joints stiff.
         shortlist: candidates that are fitted in each round.
-        common_effects: names of effects that most robots have: a search begins with all of these at once too.
         exclude: names of effects that are known not to be there.
         include: names of effects that are weighed although they are only where that is asked for.
         max_effects: that are named together, at most.
@@ -134,7 +133,6 @@ class Settings:
     thresholds: Thresholds
     substeps: int
     shortlist: int
-    common_effects: Sequence[str]
     exclude: Sequence[str]
     include: Sequence[str]
     max_effects: int

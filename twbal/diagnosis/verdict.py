@@ -6,6 +6,7 @@ import numpy as np
 
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.objections import Objection, shifts_of
 from twbal.diagnosis.power import unseen
 from twbal.diagnosis.power_record import DetectionPower
 from twbal.diagnosis.problem import Problem, Selection
@@ -19,7 +20,7 @@ _A_WORD = 1.0  # tolerances by which a value of a data sheet beyond its toleranc
 
 def conclude(
     selection: Selection,
-    objected: Sequence[object],
+    objected: Sequence[Objection],
     statistic: float,
     power: Sequence[DetectionPower],
     settings: Settings,
@@ -34,7 +35,8 @@ def conclude(
         settings: of the diagnosis.
     """
     chosen = selection.chosen
-    if objected:
+    unsure = {name for objection in objected if objection.is_of_own for name in objection.effects}
+    if any(not objection.is_of_own for objection in objected) or (unsure and unsure.issuperset(chosen.names)):
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
@@ -69,17 +71,6 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
             f"{gap.after / gap.noise_floor:.2g} times what the sensors' noise alone would make it."
         )
     return verdict, ""
-
-
-def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
-    """How far the data pull the values of the data sheet, the largest first."""
-    found = []
-    for free in hypothesis.fit.free_parameters:
-        if free.field in DATA_SHEET:
-            factor = hypothesis.fit.model.value(free.field) / free.mean
-            sigmas = (factor - 1.0) / settings.tolerances.of(free.field)
-            found.append(Shift(free.effect, DATA_SHEET[free.field].group, factor, sigmas))
-    return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
 
 
 def allowed_differences(problem: Problem, chosen: FittedHypothesis) -> Mapping[Field, float]:

@@ -51,7 +51,6 @@ def test_an_old_stage_is_one_error_that_says_the_new_one(old, now, capsys):
         (["iterate", "shape=paper"], "shape", "parametrisation"),
         (["iterate", "+effect@variants.heavy.body_mass=body_mass"], "variants.heavy.body_mass.factor", None),
         (["optimise-policy", "dynamics=m.pt", "search.content=0.5"], "search.content", "search.min_success_rate"),
-        (["diagnose", "episodes=e", "diagnosis.usual=[]"], "diagnosis.usual", "diagnosis.common_effects"),
         (["regress", "recordings.shortest=9"], "recordings.shortest", "recordings.min_length"),
         (["virtual-robot", "hidden=none"], "hidden", "faults"),
         (["virtual-robot", "tilt_limit=1"], "tilt_limit", "self_stop_tilt"),

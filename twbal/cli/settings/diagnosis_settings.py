@@ -47,7 +47,6 @@ DIAGNOSIS = (
     Setting("diagnosis.thresholds.equivalence_margin", _SCORE, "score within which a rival is an equivalent"),
     Setting("diagnosis.substeps", Whole(1, 10_000), "physics steps of a control period, at most"),
     Setting("diagnosis.shortlist", Whole(1, 1000), "number of candidates that are fitted in each round"),
-    Setting("diagnosis.common_effects", _EFFECTS, "effects that a search also begins with"),
     Setting("diagnosis.exclude", _EFFECTS, "effects that are known not to be there", common=True),
     Setting("diagnosis.include", _EFFECTS, "effects that are weighed only where asked"),
     Setting("diagnosis.max_effects", Whole(1, 100), "number of effects that are named, at most", common=True),

@@ -10,6 +10,8 @@ _CREDENCE = (
     *(f"diagnosis.credence.{name}" for name in ("objected_effect", "objected_set", "incomplete_set")),
 )
 
+_COMMON = ("diagnosis.usual", "diagnosis.common_effects")
+
 _LEAST_SCORES = (
     *("diagnosis.lines.score", "diagnosis.lines.sheet"),
     *("diagnosis.thresholds.min_score", "diagnosis.thresholds.min_data_sheet_score"),
@@ -60,7 +62,7 @@ SETTINGS = {
     "fewest": "min_samples",
     "fastest_turn": "max_yaw_rate",
     "widest_tilt": "max_tilt",
-    "diagnosis.usual": "diagnosis.common_effects",
+    **dict.fromkeys(_COMMON, "diagnosis.tempered_search"),
     "diagnosis.leave_out": "diagnosis.exclude",
     "diagnosis.most_effects": "diagnosis.max_effects",
     "diagnosis.lines": "diagnosis.thresholds",
@@ -110,6 +112,7 @@ INSTEAD = (
         _CREDENCE,
         "how likely an effect is although something speaks against it was fitted to robots with a known truth",
     )
+    | dict.fromkeys(_COMMON, "a search begins with what hardly a robot is without where the first ones leave a doubt")
     | dict.fromkeys(
         _LEAST_SCORES,
         "least scores are simulated for the recordings, by the probability of a false alarm "
