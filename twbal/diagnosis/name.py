@@ -114,7 +114,7 @@ def name_effects(
     differences = allowed_differences(problem, selection.chosen)
     comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
     power, chance = _further_effects(problem, selection, extent)
-    selection = _with_settled_values(problem, selection, against, progress)
+    selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
@@ -228,26 +228,17 @@ def _with_unobjected(
     """The selection with a set that has nothing `against` it, if one is about as likely."""
 
     def is_objected(chosen: FittedHypothesis) -> bool:
-        return bool(against(_with_settled_values(problem, selection._replace(chosen=chosen), against, progress)))
+        return bool(against(_with_settled_values(problem, selection._replace(chosen=chosen), progress)))
 
     return selection._replace(chosen=unobjected(selection, weights, is_objected))
 
 
-def _with_settled_values(
-    problem: Problem,
-    selection: Selection,
-    against: Callable[[Selection], Sequence[Objection]],
-    progress: Callable[[str], None],
-) -> Selection:
-    """The selection, whose set has values by a tempered likelihood where it pulls the data sheet.
-
-    It keeps its values where the others alone bring something `against` it: they are no remedy then.
-    """
+def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
+    """The selection, whose set has values by a tempered likelihood where it pulls the data sheet."""
     if not (selection.chosen.effects and pulls_the_data_sheet(selection.chosen, problem.settings)):
         return selection
     progress("fitting the values of what fits best again, by a tempered likelihood")
-    found = selection._replace(chosen=settled(problem, selection.chosen))
-    return selection if against(found) and not against(selection) else found
+    return selection._replace(chosen=settled(problem, selection.chosen))
 
 
 def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent:

@@ -102,8 +102,8 @@ def objections(
     """
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
     found = list[Objection]()
-    if chosen.autocorrelation > limit:
-        said = f"The residuals stay autocorrelated: their Ljung-Box statistic is {chosen.autocorrelation:.3g} times "
+    if chosen.compared_by > limit:  # of values that a set has settled to, more remains (`graded.remaining_of`)
+        said = f"The residuals stay autocorrelated: their Ljung-Box statistic is {chosen.compared_by:.3g} times "
         said += "that of white noise; "
         found.append(Objection(f"{said}the limit is {limit:.3g}."))
     if not chosen.effects:
