@@ -26,6 +26,8 @@ USUAL = (
 def search_from_usual(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
     """The better of a selection and of what is found from the usual effects on, of which those of no use go again.
 
+    Where all of them, without any penalty, explain less than the selection's set, it stays: they are no better start.
+
     Args:
         problem: what is selected from.
         selection: how earlier searches went.
@@ -38,9 +40,12 @@ def search_from_usual(problem: Problem, selection: Selection, progress: Callable
     usual = [candidate for candidate in problem.candidates if candidate.name in USUAL]
     if not usual:
         return selection
-    say(f"fitting {', '.join(candidate.name for candidate in usual)} at once, and fewer of them")
-    rounds = list(selection.rounds)
-    begun = without_redundant(problem, problem.fit_at_once(usual), selection.base, afresh=True, rounds=rounds)
+    say(f"fitting {', '.join(candidate.name for candidate in usual)} at once")
+    at_once, rounds = problem.fit_at_once(usual), list(selection.rounds)
+    if at_once.fit.cost > selection.chosen.bic:
+        return selection
+    say("fitting fewer of them")
+    begun = without_redundant(problem, at_once, selection.base, afresh=True, rounds=rounds)
     if not begun.candidates:
         return selection
     return better_of(problem, selection, added_to(problem, begun, rounds, say), rounds, say)
