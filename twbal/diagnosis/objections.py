@@ -25,7 +25,6 @@ _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
 _PULLED = 1.5  # tolerances by which a set may pull a value of the data sheet without another search or settled values
-_COLOURED = 2.0  # autocorrelation that a set may leave without another search; a simulated robot's own leaves 1 to 1.3
 _LATE = 4.0  # tolerances by which a set may have angles read before or after rates without another search
 
 
@@ -143,7 +142,7 @@ def autocorrelation_limit(instants: int, settings: Settings) -> float:
 def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set leaves something unexplained, so that another may be better.
 
-    Its errors are autocorrelated, a parameter is at a bound, or a value of the data sheet that it does not name is out
+    Its errors stay autocorrelated, a parameter is at a bound, or a value of the data sheet that it does not name is out
     of its tolerances, as where the set of a robot that lacks other effects makes up for them. So is the time by which
     angles are read before rates, where a delay or a lag is missing.
     """
@@ -151,8 +150,7 @@ def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
         free.field == ANGLE_LEAD and abs(chosen.fit.model.angle_lead - free.mean) > _LATE * free.sd
         for free in chosen.fit.free_parameters
     )
-    is_left = chosen.autocorrelation > _COLOURED or chosen.at_bound
-    return is_late or bool(is_left) or pulls_the_data_sheet(chosen, settings)
+    return is_late or not may_be_a_finding(chosen, settings) or pulls_the_data_sheet(chosen, settings)
 
 
 def may_be_a_finding(chosen: FittedHypothesis, settings: Settings) -> bool:
