@@ -190,6 +190,11 @@ def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tup
     return tuple(name for name, other in without.items() if equivalent_gain(other.planar, commands) > left)
 
 
+def may_hide_a_filter(data: Data, base: FittedHypothesis) -> bool:
+    """Whether a lasting error of the tilt may hide the gain of a filter that makes the tilt of a gyro."""
+    return bool(data.sensed[1]) and has_lasting_tilt_error(base.fit.model)
+
+
 def add_one(
     data: Data,
     base: FittedHypothesis,
@@ -197,6 +202,7 @@ def add_one(
     candidates: Sequence[Candidate],
     shortlist: int,
     rounds: int = FULL_ROUNDS,
+    filter_is_tried: bool = False,
 ) -> Round:
     """Fit what one more effect would bring.
 
@@ -208,11 +214,12 @@ def add_one(
         shortlist: candidates that are fitted, at most.
         rounds: of the fit of each that comes close to the best (`fit_hypothesis`), and of a filter of the tilt; of the
             others the noise stays.
+        filter_is_tried: whether a filter of the tilt is fitted only where it is among the most promising.
     """
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    if data.sensed[1] and has_lasting_tilt_error(base.fit.model):  # which hides the gain of what makes it of a gyro
+    if not filter_is_tried and may_hide_a_filter(data, base):
         chosen += [s for s in screened if s.candidate.name == TILT_FILTER and s not in chosen]
     light = in_threads(lambda s: fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0), chosen)
     best = min((w.bic for w in light), default=0.0)

@@ -6,8 +6,17 @@ from math import ceil, isfinite, sqrt
 from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round, add_one, fit_from_all, fit_hypothesis
+from twbal.diagnosis.hypothesis import (
+    FULL_ROUNDS,
+    FittedHypothesis,
+    Round,
+    add_one,
+    fit_from_all,
+    fit_hypothesis,
+    may_hide_a_filter,
+)
 from twbal.diagnosis.settings import Settings
+from twbal.planar.robot_distribution import TILT_FILTER
 from twbal.sysid.model import Data, FreeParameter, Model
 
 _AT_ONCE_ROUNDS = 12
@@ -88,7 +97,25 @@ class Problem(NamedTuple):
         for step in known:
             if is_as_good(step.base, hypothesis) and names <= {each.candidate.name for each in step.scored}:
                 return step
-        return add_one(self.data, hypothesis, self.always, others, self.settings.shortlist, self.rounds)
+        is_tried = any(self._filter_is_useless(step, hypothesis) for step in known)
+        return add_one(self.data, hypothesis, self.always, others, self.settings.shortlist, self.rounds, is_tried)
+
+    def add_filter(self, step: Round) -> Round | None:
+        """What a filter of the tilt would bring to the set of a round; None where it tells, or such a set may not."""
+        base = step.base
+        others = [candidate for candidate in self.beside(base) if candidate.name == TILT_FILTER]
+        is_fitted = any(TILT_FILTER in w.names for w in step.hypotheses)
+        if is_fitted or not others or not may_hide_a_filter(self.data, base):
+            return None
+        model = base.fit.model.put({others[0].field(p): p.start for p in others[0].parameters})
+        found = fit_from_all(self.data, model, self.always, (*base.candidates, *others), self.rounds, others)
+        return Round(base, [], [found])
+
+    def _filter_is_useless(self, step: Round, hypothesis: FittedHypothesis) -> bool:
+        """Whether a filter of the tilt was fitted beside a part of a set, and was not worth its penalty there."""
+        fitted = [w for w in step.hypotheses if set(w.names) - set(step.base.names) == {TILT_FILTER}]
+        is_part = set(step.base.names) <= set(hypothesis.names)
+        return is_part and bool(fitted) and not any(self.passes(w, step.base) for w in fitted)
 
     def reconsider(self, base: FittedHypothesis, out: Candidate) -> Round:
         """What others would bring to a set from which one went; half as many are fitted as usual."""

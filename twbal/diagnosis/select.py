@@ -44,14 +44,19 @@ def _one_by_one(
 ) -> tuple[FittedHypothesis, list[Round]]:
     """The set to which effects were added one after the other, and the rounds in which they were."""
     rounds, chosen = list[Round](), base
+
+    def passing(step: Round) -> list[FittedHypothesis]:
+        return [w for w in step.hypotheses if problem.passes(w, chosen) and problem.adds_enough(w, chosen, base)]
+
     while problem.has_room(chosen):
         progress(f"weighing what to add to {', '.join(chosen.names) or 'the refit'}")
-        step = problem.add_to(chosen)
-        rounds.append(step)
-        passing = [w for w in step.hypotheses if problem.passes(w, chosen) and problem.adds_enough(w, chosen, base)]
-        if not passing:
+        rounds.append(problem.add_to(chosen, rounds))
+        if not passing(rounds[-1]) and (late := problem.add_filter(rounds[-1])):
+            rounds.append(late)
+        better = passing(rounds[-1])
+        if not better:
             break
-        chosen = problem.best_inside(passing, chosen)
+        chosen = problem.best_inside(better, chosen)
     if not rounds:  # what the recordings could show is asked of the first round
         rounds.append(Round(base, score_candidates(problem.data, base.fit, problem.candidates), []))
     return chosen, rounds
