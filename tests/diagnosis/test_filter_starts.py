@@ -1,14 +1,18 @@
 """Where fits of a filter of the tilt begin: one optimum of the likelihood hides another one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from diagnosis_settings import SETTINGS
 from synthetic_recordings import synthetic_recording
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
-from twbal.diagnosis.hypothesis import add_one, fit_from_all, fit_hypothesis
+from twbal.diagnosis.hypothesis import Round, add_one, fit_from_all, fit_hypothesis
 from twbal.diagnosis.name import first_noise
+from twbal.diagnosis.problem import Problem
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
@@ -64,3 +68,23 @@ def test_it_is_fitted_beside_others_that_promise_more(begun, known):
     base = fit_hypothesis(data, model, always_free(TOLERANCES, model.planar, 1), (), 0)
     step = add_one(data, base, always_free(TOLERANCES, model.planar, 1), [*known.values()], shortlist=1, rounds=1)
     assert "tilt_filter" in {name for fitted in step.hypotheses for name in fitted.names}
+
+
+@pytest.mark.parametrize(("is_useless", "is_fitted"), [(True, False), (False, True)])
+def test_a_filter_that_was_useless_beside_a_part_of_a_set_is_not_fitted_whatever_it_promises(
+    begun, known, is_useless, is_fitted
+):
+    """But alone, where nothing else is worth adding; it is the filter that is there."""
+    data, model = begun
+    always = always_free(TOLERANCES, model.planar, 1)
+    hasty = replace(SETTINGS, shortlist=1)
+    problem = Problem(data, model, always, [known["tilt_filter"], known["imu_mount_angle"]], hasty, rounds=1)
+    base = problem.fit(model, (), 0)
+    tried = base._replace(candidates=(known["tilt_filter"],), bic_penalty=1e9 if is_useless else -1e9)
+    step = problem.add_to(base, [Round(base, [], [tried])])
+    promising = step.scored[0].candidate.name == "tilt_filter"
+    assert any("tilt_filter" in w.names for w in step.hypotheses) is (is_fitted or promising)
+    unfitted = Round(base, step.scored, [])
+    late = problem.add_filter(unfitted)
+    assert late.hypotheses[0].fit.model.planar.tilt_filter_rate == pytest.approx(RATE, rel=0.1)
+    assert problem.add_filter(late) is None

@@ -60,6 +60,18 @@ def test_a_selection_that_does_better_stays(problem, base):
     assert search_from_usual(few, better, lambda line: None) is better
 
 
+@pytest.mark.parametrize(("worse", "steps"), [(1.0, 2), (-1.0, 1)])
+def test_the_search_ends_where_all_of_them_explain_less_than_the_set_that_is_there(
+    problem, base, worse, steps, monkeypatch
+):
+    said, at_once = [], problem.fit_at_once([c for c in problem.candidates if c.name in USUAL])
+    monkeypatch.setattr(Problem, "fit_at_once", lambda self, candidates: at_once)
+    monkeypatch.setattr("twbal.diagnosis.usual_effects.without_redundant", lambda *arguments, **named: base)
+    chosen = base._replace(bic_penalty=at_once.fit.cost + worse - base.fit.cost)
+    search_from_usual(problem, Selection(base, (), chosen), said.append)
+    assert len(said) == steps
+
+
 def test_where_no_usual_effect_may_be_missing_nothing_is_searched(problem):
     untouched = Selection(None, (), None)
     others = problem._replace(candidates=[c for c in problem.candidates if c.name not in USUAL])
