@@ -16,9 +16,10 @@ from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_candidates import CANDIDATES, JOINT, OUTSIDE, TILT, courses
 from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.hypothesis import fit_hypothesis
-from twbal.diagnosis.linear_errors import linear_errors, responses, weights_of
+from twbal.diagnosis.linear_errors import linear_errors, responses
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
+from twbal.sysid.likelihood import weights_of
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 
@@ -42,7 +43,7 @@ def plain(paper):
 def at(plain):
     data, model = plain
     kalman = data.filter(model)
-    return linear_errors(data, model, (), kalman, weights_of(data, kalman, data.errors(model, kalman)))
+    return linear_errors(data, model, (), kalman, weights_of(data.errors(model, kalman), data.usable, kalman))
 
 
 def change(plain, **values):
