@@ -79,6 +79,15 @@ def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     assert removal.substitutes(CHOSEN.candidates[0], CHOSEN, [near], MARGIN) == []
 
 
+def test_a_value_of_the_data_sheet_is_no_equivalent_of_an_effect():
+    height = Candidate("com_height", (CandidateParameter("factor", "", 0.25, 2.5, 1.1, 1.0),), (), (), "")
+    near = hypothesis(499.0, "backlash", "com_height")
+    assert removal.substitutes(CHOSEN.candidates[1], CHOSEN, [Round(BASE, [], [near])], MARGIN) == ["com_height"]
+    near = near._replace(candidates=(near.candidates[0], height))
+    assert height.in_data_sheet
+    assert removal.substitutes(CHOSEN.candidates[1], CHOSEN, [Round(BASE, [], [near])], MARGIN) == []
+
+
 @pytest.mark.parametrize(("model", "is_kept"), [(MODEL, False), (AT_BOUND, True)])
 def test_a_selection_ends_with_the_best_fit_of_its_set(model, is_kept):
     """But not with one that ran to a bound."""

@@ -135,12 +135,16 @@ def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Seque
 
 
 def substitutes(candidate: Candidate, chosen: FittedHypothesis, rounds: Sequence[Round], margin: float) -> list[str]:
-    """Effects that explain the data as well in the place of one of a set, but for the margin; none that override."""
+    """Effects that explain the data as well in the place of one of a set, but for the margin; none that override.
+
+    Nor values of the data sheet: that these may be off is asked of every set.
+    """
     found: list[str] = []
     rest = {name for name in chosen.names if name != candidate.name}
     for w in (w for step in rounds for w in step.hypotheses):
         others = set(w.names) - rest
         swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
+        swapped = swapped and not any(each.in_data_sheet for each in w.candidates if each.name in others)
         alike = abs(w.bic - chosen.bic) / chosen.compared_by < margin
         if swapped and alike and not w.overriding:
             found.extend(others)
