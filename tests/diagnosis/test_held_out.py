@@ -165,6 +165,28 @@ def test_no_rollout_begins_where_the_filter_of_a_model_has_diverged(split, seen,
     assert measure_gaps(Models(*given), kept, resting, [3], stretches, LEVELS, paper.wheel_radius) == ()
 
 
+@pytest.mark.parametrize(("rows", "is_left_out"), [(slice(1320, 1325), True), (slice(0, 1500), False)])
+def test_no_rollout_begins_right_after_lost_rows_but_one_may_after_what_was_fitted(
+    split, seen, paper, rows, is_left_out
+):
+    (recording,), begun = split.kept_back, []
+
+    def resting(result, starts, commands):
+        begun.append([len(start.past_commands) for start in starts])
+        return np.zeros((len(starts), commands.shape[1] + 1, 7))
+
+    usable = recording.usable.copy()
+    usable[rows] = False
+    kept, stretches = [replace(recording, usable=usable)], RolloutStarts(60, 5, 4000, 3)
+    measure_gaps(Models(seen, seen, seen), kept, resting, [3], stretches, LEVELS, paper.wheel_radius)
+    after = [t for each in begun for t in each if rows.stop <= t < rows.stop + 60]
+    assert bool(after) is not is_left_out
+    if is_left_out:
+        few = stretches._replace(spacing=40)  # fewer starts than are enough would be left
+        measure_gaps(Models(seen, seen, seen), kept, resting, [3], few, LEVELS, paper.wheel_radius)
+        assert [t for t in begun[-1] if rows.stop <= t < rows.stop + 60]
+
+
 def run(robot, result, starts, commands):
     return replay(robot, effects_from(result.effects), 0.001, starts, commands)
 

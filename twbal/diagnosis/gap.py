@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import FilterResult, Trajectory
@@ -32,6 +32,7 @@ _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _FLOOR_STARTS = 12  # from which the floor is found
 _DIVERGED = math.pi  # rad; a filter that sees a larger tilt, or no number, has diverged
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
+_ENOUGH = 10  # starts that are left without those that follow lost rows
 _AT_MOST = 0.25  # share of a recording that goes by until its first rollout
 _IMU_MEMORY = 1.0  # s; a late IMU shows nothing older
 _FLAT = 0.1  # share of the floor by which `before` must exceed it for a share of the gap to mean anything
@@ -200,7 +201,8 @@ def _places(
 ) -> list[tuple[int, int]]:
     """(recording, instant) of the starts, spread evenly.
 
-    All instants of the rollout are usable, and no filter has diverged.
+    All instants of the rollout are usable, and no filter has diverged. Where rows were lost, filters do not know what
+    was commanded meanwhile: if enough starts are left, those go that follow sooner than a filter settles.
     """
     ahead = stretches.ahead
     found = [
@@ -210,9 +212,19 @@ def _places(
         if recording.usable[t : t + ahead + 1].all()
         and all(abs(each.trajectories[r].tilt[t]) < _DIVERGED for each in results)
     ]
+    calm = [(r, t) for r, t in found if not _lost_rows(recordings[r])[max(t - stretches.settling, 0) : t].any()]
+    if len(calm) >= min(_ENOUGH, len(found)):
+        found = calm
     if len(found) <= stretches.most:
         return found
     return [found[int(i)] for i in np.linspace(0, len(found) - 1, stretches.most)]
+
+
+def _lost_rows(recording: Recording) -> Mask:
+    """(T + 1,) instants that do not count between others that do; not a beginning that was fitted, or left out."""
+    lost = ~recording.usable
+    lost[: int(np.argmax(recording.usable))] = False
+    return lost
 
 
 def _first(recording: Recording, stretches: RolloutStarts) -> int:
