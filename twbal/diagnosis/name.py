@@ -35,6 +35,7 @@ from twbal.diagnosis.objections import (
     objections,
     pulls_the_data_sheet,
     shifts_of,
+    to_short_recordings,
 )
 from twbal.diagnosis.power import detection_power
 from twbal.diagnosis.power_record import DetectionPower
@@ -203,14 +204,13 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
     """
     selection, settings = exchanged(problem, select(problem, base, progress), progress), problem.settings
     for search in (search_again, search_from_usual) if settings.tempered_search else ():
-        if not is_doubtful(selection.chosen, settings):
+        if not is_doubtful(selection.chosen, settings) and not to_short_recordings(selection.chosen, extent):
             break
         again = search(problem, selection, progress)
         if again.chosen is not selection.chosen:
             again = exchanged(problem, again, progress)
         is_kept = selection.chosen.candidates and may_be_a_finding(selection.chosen, settings)
-        if not (is_kept and again.chosen.at_bound):
-            selection = again
+        selection = selection._replace(rounds=again.rounds) if is_kept and again.chosen.at_bound else again
     larger = grown(problem, selection, progress)
     selection = larger if larger.chosen is selection.chosen else exchanged(problem, larger, progress)
     selection = with_late_rivals(problem, selection, progress)

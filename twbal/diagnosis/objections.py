@@ -112,7 +112,7 @@ def objections(
     found += to_bounds(chosen, {*swallowing, *bounded})
     found += _to_sizes(chosen, settings)
     found += to_slow_waves(chosen, extent)
-    found += _to_short_recordings(chosen, extent)
+    found += to_short_recordings(chosen, extent)
     found += [Objection(text, (name,)) for name, text in swallowing.items()]
     found += map(Objection, _to_the_data_sheet(chosen, bounded, settings))
     for effect, axis, share, _ in inconstant:
@@ -240,7 +240,7 @@ def to_slow_waves(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
     return found
 
 
-def _to_short_recordings(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
+def to_short_recordings(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
     """To effects that were found in nothing but short recordings."""
     if not chosen.effects or extent.falls >= _FALLS:
         return []
