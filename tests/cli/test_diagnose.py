@@ -225,7 +225,7 @@ def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(
 
 
 @pytest.mark.slow
-def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is_named_for_certain(tmp_path):
+def test_what_is_named_on_a_robot_of_another_engine_is_there(tmp_path):
     """A virtual robot that stands hides forty things at once, in forms that no effect has (docs/tutorial.md)."""
     recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
     excite = ["experiment=excite", "policy.command_width=0.1", "link.seed=7"]
@@ -233,12 +233,26 @@ def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is
     rough = "diagnosis.tolerances.data_sheet=0.15"
     assert main(["diagnose", f"episodes={recorded}", rough, f"hydra.run.dir={out}"]) == 0
     record = json.loads((out / "diagnosis.json").read_text())
-    assert record["verdict"] == "unknown"
-    likely = {effect["name"] for effect in record["effects"] if effect["probability"] >= 0.5}
-    assert {"actuation_delay", "tilt_filter"} <= likely
-    assert {"com_offset", "imu_mount_angle"} & likely
-    assert "periodic_disturbance" not in likely  # it has none, and an episode is as long as one period would be
-    assert record["gap"]["closed"] > 0.7
+    assert record["verdict"] == "named"
+    sizes = {effect["name"]: effect["parameters"] for effect in record["effects"] if effect["probability"] >= 0.5}
+    with composing():
+        virtual = compose("virtual_robot", [])
+    hidden = draw_ground_truth(instantiate(virtual.faults), instantiate(virtual.robot), seed=7)
+    late = hidden.drive.delay + hidden.drive.lag + hidden.sensors.filter_time
+    true = {
+        "actuation_delay": ("delay", late),
+        "tilt_filter": ("rate", 1.0 / hidden.sensors.fusion_time),
+        "stribeck_friction": ("torque", hidden.friction.coulomb),
+        "cogging": ("count", hidden.drive.cogging_count),
+        "dead_zone": ("width", np.mean(hidden.drive.dead_zone)),
+        "ground_slope": ("angle", hidden.surroundings.slope),
+        "quadratic_drag": ("coefficient", hidden.surroundings.drag),
+    }
+    for name, (parameter, value) in true.items():
+        assert sizes[name][parameter]["value"] == pytest.approx(value, rel=0.2), name
+    assert {"com_offset", "imu_mount_angle"} & set(sizes)
+    assert not set(sizes) - {*true, "com_offset", "imu_mount_angle", "presliding"}
+    assert record["gap"]["closed"] > 0.9
 
 
 @pytest.mark.parametrize(("width", "expected"), [(None, 0.1), (0.2, 0.1), (0.1, 0.05), (0.04, 0.02)])
