@@ -16,7 +16,7 @@ from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
-from twbal.diagnosis.objections import BOUNDLESS
+from twbal.diagnosis.objections import BOUNDLESS, Extent
 from twbal.diagnosis.problem import Problem, Selection, best_inside
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.score_test import ScoredCandidate
@@ -306,3 +306,32 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
     monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
     found = name._search(problem(), BASE, BOUNDLESS, lambda line: None)
     assert (found.chosen is twice) is is_taken
+
+
+@pytest.mark.parametrize(("falls", "searches"), [(8.9, ["search_again", "search_from_usual"]), (20.0, [])])
+def test_short_recordings_are_a_doubt_and_what_another_search_fitted_is_kept(falls, searches, monkeypatch):
+    once, on_the_way = white_fit(500.0, "dead_zone"), white_fit(700.0, "backlash")
+    further = white_fit(900.0, "actuation_delay")
+    further = further._replace(
+        fit=further.fit._replace(free_parameters=further.candidates[0].free_parameters, model=AT_BOUND)
+    )
+    searched = []
+
+    def search(stage):
+        def found(problem, selection, progress):
+            searched.append(stage)
+            return Selection(BASE, (*selection.rounds, Round(BASE, [], [on_the_way])), further)
+
+        return found
+
+    monkeypatch.setattr(name, "is_doubtful", lambda chosen, settings: False)
+    monkeypatch.setattr(name, "select", lambda *arguments: Selection(BASE, (), once))
+    for stage in ("search_again", "search_from_usual"):
+        monkeypatch.setattr(name, stage, search(stage))
+    for stage in ("grown", "exchanged"):
+        monkeypatch.setattr(name, stage, lambda problem, selection, progress: selection)
+    monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
+    found = name._search(problem(), BASE, Extent(1.8, 1.0, 1.0, falls), lambda line: None)
+    assert searched == searches
+    assert found.chosen is once  # the further one is at a bound
+    assert (on_the_way.names in {w.names for w in found.sets}) is bool(searches)
