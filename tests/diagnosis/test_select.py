@@ -17,7 +17,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import BOUNDLESS, Extent
-from twbal.diagnosis.problem import Problem, Selection, best_inside
+from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.score_test import ScoredCandidate
 from twbal.diagnosis.verdict import probabilities
@@ -236,8 +236,8 @@ def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
 def test_what_swallows_the_commands_is_chosen_only_where_nothing_else_is_worth_it():
     swallows = hypothesis(9000.0, "torque_saturation", overriding=("torque_saturation",))
     sane = hypothesis(300.0, "backlash")
-    assert best_inside([swallows, sane], BASE, SETTINGS) is sane
-    (free,) = best_inside([swallows], BASE, SETTINGS).at_bound
+    assert problem().best_inside([swallows, sane], BASE) is sane
+    (free,) = problem().best_inside([swallows], BASE).at_bound
     assert free.name == "torque_saturation.size"
 
 

@@ -171,25 +171,49 @@ class Problem(NamedTuple):
         return hypothesis.size_of(candidate) < self.settings.thresholds.min_effect_size
 
     def best_inside(self, passing: Sequence[FittedHypothesis], before: FittedHypothesis) -> FittedHypothesis:
-        """As of `best_inside`."""
-        return best_inside(passing, before, self.settings)
+        """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
+
+        One that swallows the commands explains anything; it is the best only where there is no other.
+
+        Args:
+            passing: sets, the best first.
+            before: what they were added to.
+        """
+        passing = [w for w in passing if not w.overriding] or passing
+        best = passing[0]
+        handicap = max(
+            3.0 * self.settings.least_scores.effect * best.autocorrelation,
+            self.settings.thresholds.min_gain_share * (before.bic - best.bic),
+        )
+        found = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
+        return found[0] if found else best
 
     def passes(self, hypothesis: FittedHypothesis, base: FittedHypothesis) -> bool:
         """As of `passes`."""
         return passes(hypothesis, base, self.settings)
 
     def adds_enough(self, hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis) -> bool:
-        """As of `adds_enough`."""
-        return adds_enough(hypothesis, base, first, self.settings)
+        """Whether another effect gains enough beside what the others gained to be an effect of its own.
+
+        Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
+
+        Args:
+            hypothesis: the set with the other effect.
+            base: the set without it.
+            first: the data sheet refitted.
+        """
+        gain = base.bic - hypothesis.bic
+        return not base.effects or gain >= self.settings.thresholds.min_gain_share * (first.bic - base.bic)
 
     def is_sound(self, hypothesis: FittedHypothesis, base: FittedHypothesis) -> bool:
         """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
-        return is_sound(hypothesis, base, self.settings)
+        negligible = any(self.is_trifle(hypothesis, candidate) for candidate in hypothesis.candidates)
+        return self.passes(hypothesis, base) and not negligible and not hypothesis.at_bound
 
     def next_from(self, step: Round) -> FittedHypothesis | None:
         """The set of a round to go on from; None where no candidate is worth its penalty."""
-        passing = [w for w in step.hypotheses if passes(w, step.base, self.settings)]
-        return best_inside(passing, step.base, self.settings) if passing else None
+        passing = [w for w in step.hypotheses if self.passes(w, step.base)]
+        return self.best_inside(passing, step.base) if passing else None
 
 
 def is_as_good(known: FittedHypothesis, found: FittedHypothesis) -> bool:
@@ -212,43 +236,3 @@ def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Setti
 def least_score(candidate: Candidate, settings: Settings) -> float:
     """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
     return settings.least_scores.data_sheet if candidate.in_data_sheet else settings.least_scores.effect
-
-
-def adds_enough(
-    hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis, settings: Settings
-) -> bool:
-    """Whether another effect gains enough beside what the others gained to be an effect of its own.
-
-    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
-
-    Args:
-        hypothesis: the set with the other effect.
-        base: the set without it.
-        first: the data sheet refitted.
-        settings: of the diagnosis.
-    """
-    gain = base.bic - hypothesis.bic
-    return not base.effects or gain >= settings.thresholds.min_gain_share * (first.bic - base.bic)
-
-
-def is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
-    """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
-    negligible = any(
-        hypothesis.size_of(candidate) < settings.thresholds.min_effect_size for candidate in hypothesis.candidates
-    )
-    return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
-
-
-def best_inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, settings: Settings) -> FittedHypothesis:
-    """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
-
-    One that swallows the commands explains anything; it is the best only where there is no other.
-    """
-    passing = [w for w in passing if not w.overriding] or passing
-    best = passing[0]
-    handicap = max(
-        3.0 * settings.least_scores.effect * best.autocorrelation,
-        settings.thresholds.min_gain_share * (before.bic - best.bic),
-    )
-    found = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
-    return found[0] if found else best

@@ -99,6 +99,12 @@ def test_the_thresholds_by_their_old_group_are_one_error_that_says_the_new_one(c
     assert said.endswith("no setting 'diagnosis.lines' any more: it is called 'diagnosis.thresholds' now.")
 
 
+@pytest.mark.parametrize("old", ["diagnosis.usual", "diagnosis.common_effects"])
+def test_effects_to_begin_with_are_one_error_that_says_what_a_search_does_now(old, capsys):
+    said = refusal(capsys, "diagnose", "episodes=e", f"{old}=[dead_zone]")
+    assert f"has no setting {old!r} any more: a search begins with what hardly a robot is without" in said
+
+
 def test_an_old_setting_that_may_be_a_slip_for_another_one_names_both(capsys):
     said = refusal(capsys, "iterate", "update=2")
     assert said.endswith("it is called 'model_update' now. Or did you mean 'updates'?")
