@@ -2,7 +2,7 @@
 
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, cut, joint_bound
+from twbal.planar.dry_friction import SWEEPS, cut, is_settled, joint_bound
 from twbal.planar.forces import forces, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
@@ -79,7 +79,7 @@ def roll(
                 rubbing += change
                 wheel_speed += (w - v) * change
                 tilt_rate += (v - q) * change
-            if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
+            if is_settled(contact, rolling, rubbing, before):
                 break
     wheel, way = s.wheel + h * wheel_speed, h * k.radius * wheel_speed
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)

@@ -5,7 +5,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.core.tyres import traction_impulse
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, joint_bound
+from twbal.planar.dry_friction import SWEEPS, is_settled, joint_bound
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
@@ -68,7 +68,7 @@ def slide(
         wheel_speed += change / spin
         tilt_rate -= q * change
         speed -= v * change
-        if (traction, rolling, rubbing) == before:  # and so it stays in all further rounds
+        if is_settled(traction, rolling, rubbing, before):
             break
     wheel, slip, way = s.wheel + h * wheel_speed, speed - r * wheel_speed, h * speed
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
