@@ -62,6 +62,22 @@ def test_the_frequency_at_which_a_frame_rings_is_found_far_from_the_usual_one(pa
     assert found.model.planar.flexible_frame_frequency == pytest.approx(frequency, rel=0.15)
 
 
+@pytest.mark.parametrize(("gap", "share", "time"), [(0.05, 0.7, 0.006), (0.01, 0.25, 0.004)])
+def test_play_is_found_far_from_the_usual_one(paper, gap, share, time):
+    """How likely it makes the recording has many peaks: a fit from the usual start alone ends at another one."""
+    quick = replace(paper, control_period=0.005)
+    (candidate,) = (each for each in candidates_for(quick) if each.name == "backlash")
+    values = {"gap": gap, "rotor_share": share, "contact_time": time, "contact_damping": 0.3}
+    data = Data([synthetic_recording(quick, {"backlash": values}, seed=3, periods=2000, tolerance=0.0)], 3)
+    model = Model(planar_parameters(quick, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    kalman = data.filter(model)
+    fit = Fit(model, (), 0.0, kalman, data.white(model, kalman))
+    (found,) = score_candidates(data, fit, [candidate])
+    (usual,) = score_candidates(data, fit, [candidate._replace(tried_at=())])
+    assert found.gain > 1.2 * usual.gain
+    assert found.model.planar.backlash_gap == pytest.approx(gap, rel=0.35)
+
+
 class LinearModel(NamedTuple):
     """A model whose whitened errors are linear in its values, by field."""
 

@@ -71,6 +71,18 @@ def test_engine_and_planar_model_agree_on_what_an_effect_does(name, robot, comma
     assert (np.abs(engine - planar).max(axis=0) < CLOSE.get(name, 0.01) * does).all()
 
 
+@pytest.mark.parametrize("name", ["backlash", "backlash_behind_encoder"])
+def test_engine_and_planar_model_agree_on_gears_that_bend(name, robot, commands):
+    """In the first impacts; later ones tell small differences of the first. No rate jumps, so rates agree, too."""
+    effect = library()[name](0.05, 0.5, 0.01, 0.3)
+    settings = {"robot": robot, "start": START, "physics_step": STEP, "seed": 0}
+    engine = course(SimPlant(effects=[effect], **settings), commands[:6])
+    planar = course(PlanarPlant(effects=[effect], **settings), commands[:6])
+    rigid = course(PlanarPlant(effects=[library()[name](0.05, 0.5)], **settings), commands[:6])
+    does = np.abs(planar - rigid).max(axis=0)
+    assert (np.abs(engine - planar).max(axis=0) < 0.1 * does).all()
+
+
 @pytest.mark.parametrize("name", library())
 def test_an_effect_with_its_neutral_values_does_nothing_in_the_engine(name, robot, commands):
     kind = library()[name]

@@ -65,6 +65,7 @@ KINDS = {
     "filtered and late tilt": [TiltFilter(3.0, 0.02), ImuDelay(0.033)],
     "backlash": [Backlash(0.02)],
     "backlash of light rotors": [Backlash(0.02, 0.2)],
+    "backlash of gears that bend": [Backlash(0.02, 0.5, 0.006, 0.3)],
     "backlash behind the encoder": [BacklashBehindEncoder(0.02, 0.5)],
 }
 SENSORS = ImuDelay | TiltFilter | GyroScale | GyroBias

@@ -60,6 +60,10 @@ class Quantity(IntEnum):
     TYRE_CREEP = 33
     """Speed of slip below which the tyres creep, and above which they slide [m/s]."""
     PRESLIDING = 34
+    CONTACT_TIME = 35
+    CONTACT_DAMPING = 36
+    SHAFT_CONTACT_TIME = 37
+    SHAFT_CONTACT_DAMPING = 38
 
 
 class Change(IntEnum):

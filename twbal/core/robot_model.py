@@ -157,7 +157,11 @@ class DriveTrain:
         stribeck_rate: [rad/s].
         gap: play between rotor and wheel, full width [rad]; the rotors then turn by themselves.
         rotor_share: share of the wheels' inertia that lies on the motors' side of that play.
-        shaft_gap, shaft_rotor_share: the same, where the encoders sit on the motors' side of the play.
+        contact_time: for which an impact of the rotors on wheels that stand still lasts without damping [s]; 0: they
+            meet as rigid bodies, and do not bounce.
+        contact_damping: of that, over critical damping.
+        shaft_gap, shaft_rotor_share, shaft_contact_time, shaft_contact_damping: the same, where the encoders sit on the
+            motors' side of the play.
         imbalance: share by which the right motor is stronger than the mean of both.
         presliding: angle of a wheel over which its dry friction grows after its rate changed sign, that of the ground,
             too [rad]; 0: none.
@@ -169,8 +173,12 @@ class DriveTrain:
     stribeck_rate: float = 1.0
     gap: float = 0.0
     rotor_share: float = 0.5
+    contact_time: float = 0.0
+    contact_damping: float = 0.4
     shaft_gap: float = 0.0
     shaft_rotor_share: float = 0.5
+    shaft_contact_time: float = 0.0
+    shaft_contact_damping: float = 0.4
     imbalance: float = 0.0
     presliding: float = 0.0
 

@@ -73,6 +73,7 @@ class Candidate(NamedTuple):
         separate_by: the experiment that would.
         never_beside: effects that no robot has beside it.
         acts_on: effects of which a set must hold one, or it does nothing; empty where it acts alone.
+        tried_at: names of parameters, and values at which they are tried, all with all; empty where one start will do.
     """
 
     name: str
@@ -82,6 +83,7 @@ class Candidate(NamedTuple):
     separate_by: str
     never_beside: tuple[str, ...] = ()
     acts_on: tuple[str, ...] = ()
+    tried_at: tuple[tuple[str, tuple[float, ...]], ...] = ()
 
     @property
     def in_data_sheet(self) -> bool:
@@ -106,8 +108,11 @@ class Candidate(NamedTuple):
 
     @property
     def sizes(self) -> tuple[CandidateParameter, ...]:
-        """Those of its parameters that say how large it is: the first, and others that do nothing at their low end."""
-        more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
+        """Those of its parameters that say how large it is.
+
+        They are the first, and others without a prior that do nothing at their low end.
+        """
+        more = () if self.is_wave else (p for p in self.parameters[1:] if p.none == p.low and not isfinite(p.sd))
         return (self.parameters[0], *more)
 
     def may_stand_beside(self, names: Collection[str]) -> bool:

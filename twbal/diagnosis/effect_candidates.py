@@ -58,4 +58,5 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         known = CandidateParameter(key, p.unit, low, high, start, neutral, p.covers_all, p.form, size * p.sd)
         parameters.append(known)
     alike = kind.same_as, kind.nearly_same_as
-    return Candidate(name, tuple(parameters), *alike, kind.separate_by, kind.never_beside, kind.acts_on)
+    beside = kind.never_beside, kind.acts_on
+    return Candidate(name, tuple(parameters), *alike, kind.separate_by, *beside, tuple(kind.tried_at.items()))

@@ -14,6 +14,14 @@ NORDIN = (
 """Reference for play."""
 
 
+PLACES = {
+    "gap": (0.003, 0.006, 0.012, 0.025, 0.05, 0.1),
+    "rotor_share": (0.2, 0.5, 0.8),
+    "contact_time": (0.0, 0.005, 0.01),
+}
+"""At which play is tried: when the rotors meet the wheels, and how fast, depends on all of these."""
+
+
 def gap_of(quantity: Quantity) -> Any:
     """The parameter of the width of a play."""
     return parameter(
@@ -44,10 +52,42 @@ def rotor_share_of(quantity: Quantity) -> Any:
     )
 
 
+def contact_time_of(quantity: Quantity) -> Any:
+    """The parameter of how far the gears bend."""
+    return parameter(
+        "for which an impact of the rotors on wheels that stand still lasts without damping; 0: on rigid gears",
+        "s",
+        (0.0, 0.03),
+        start=0.004,
+        value=0.0,
+        changes=adds_to(quantity),
+        sd=0.006,
+        is_optional=True,
+    )
+
+
+def contact_damping_of(quantity: Quantity) -> Any:
+    """The parameter of how well the gears damp an impact."""
+    return parameter(
+        "damping of that impact, over critical damping",
+        "",
+        (0.05, 1.5),
+        start=0.4,
+        value=0.4,
+        neutral=0.4,
+        changes=replaces(quantity),
+        sd=0.25,
+        is_optional=True,
+    )
+
+
 @dataclass(frozen=True)
 class Backlash(DriveEffect):
-    """The rotor turns freely within the gap, and meets the wheel in a plastic impact at its ends.
+    """The rotor turns freely within the gap, and meets the wheel at its ends.
 
+    Gears and shafts bend: there they are a spring and a damper that push and never pull. Against wheels that stand
+    still, the rotors alone would be thrown back after the `contact_time` T: the spring's stiffness is (π / T)² times
+    their inertia. With `contact_time` 0 it is rigid, and the impact plastic.
     It acts between motor and wheel, and the encoders sit on the wheels; for those on the motors' shafts, see
     `backlash_behind_encoder`. Of the inertia of the data sheet's wheels, `rotor_share` turns with the rotors. It looks
     most like a dead zone or a delay where the torque keeps changing its sign.
@@ -55,8 +95,11 @@ class Backlash(DriveEffect):
 
     gap: float = gap_of(Quantity.GAP)
     rotor_share: float = rotor_share_of(Quantity.ROTOR_SHARE)
+    contact_time: float = contact_time_of(Quantity.CONTACT_TIME)
+    contact_damping: float = contact_damping_of(Quantity.CONTACT_DAMPING)
     reference = NORDIN
     is_linear = False
     nearly_same_as = ("dead_zone", "actuation_delay")
     never_beside = ("backlash_behind_encoder",)
+    tried_at = PLACES
     separate_by = "Lean on the robot to one side, so that the torque keeps its sign."

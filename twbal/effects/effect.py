@@ -14,7 +14,7 @@ does to a robot, and what there is to say of it. It can act in three ways, and i
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from enum import IntEnum
 from typing import Any, ClassVar, TypeVar
@@ -86,6 +86,8 @@ class Effect(ABC):
         diagnosed_separately: whether a diagnosis asks for it apart from all other effects, so that the planar model
             passes it over.
         weighed_if_asked: whether a diagnosis weighs it only where its settings ask for it, as others look like it.
+        tried_at: values of parameters at which a diagnosis tries it, all with all, where one start is not enough: how
+            likely it makes recordings has many peaks.
     """
 
     place: ClassVar[Place]
@@ -99,6 +101,7 @@ class Effect(ABC):
     is_last: ClassVar[bool] = False
     diagnosed_separately: ClassVar[bool] = False
     weighed_if_asked: ClassVar[bool] = False
+    tried_at: ClassVar[Mapping[str, tuple[float, ...]]] = {}
 
     def __post_init__(self) -> None:
         """Raise ConfigError where a parameter has a value that cannot be."""

@@ -34,11 +34,15 @@ class Play(NamedTuple):
     Attributes:
         rotors: J, inertia of both rotors [kg·m²].
         gap: full width, as an angle of the wheel [rad].
+        stiffness: of both gears, where rotor and wheel meet [N·m/rad]; 0 where they are rigid.
+        damping: of that [N·m·s/rad].
         is_behind_encoder: 1 where the encoders sit on the rotors' side of it, 0 on the wheels'.
     """
 
     rotors: float
     gap: float
+    stiffness: float
+    damping: float
     is_behind_encoder: float
 
 
@@ -159,9 +163,15 @@ def _dry(q: Array) -> DryFriction:
 def _play(q: Array, wheel_inertia: float) -> Play:
     """The play in the gears, by the robot's quantities and the inertia of each wheel with its rotor [kg·m²]."""
     is_behind_encoder = q[Quantity.SHAFT_GAP] > 0.0
-    gap = q[Quantity.GAP] + q[Quantity.SHAFT_GAP]
-    share = q[Quantity.SHAFT_ROTOR_SHARE] if is_behind_encoder else q[Quantity.ROTOR_SHARE]
-    return Play(2.0 * share * wheel_inertia if gap > 0.0 else 0.0, gap, 1.0 if is_behind_encoder else 0.0)
+    gap, share, time, damping = (
+        q[Quantity.GAP], q[Quantity.ROTOR_SHARE], q[Quantity.CONTACT_TIME], q[Quantity.CONTACT_DAMPING],
+    )  # fmt: skip
+    if is_behind_encoder:
+        gap, share = q[Quantity.SHAFT_GAP], q[Quantity.SHAFT_ROTOR_SHARE]
+        time, damping = q[Quantity.SHAFT_CONTACT_TIME], q[Quantity.SHAFT_CONTACT_DAMPING]
+    rotors = 2.0 * share * wheel_inertia if gap > 0.0 else 0.0
+    pace = pi / time if time > 0.0 else 0.0
+    return Play(rotors, gap, pace * pace * rotors, 2.0 * damping * pace * rotors, 1.0 if is_behind_encoder else 0.0)
 
 
 @kernel()

@@ -13,6 +13,11 @@ from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
 def _engage(k: Constants, ahead: float, faster: float, so_far: float, mobility: float) -> float:
     """Change of the impulse between rotors and wheels, which keeps the rotors within the gap [N·m·s].
 
+    Gears that bend are a spring and a damper that push and never pull. The damper acts as at the step's end. The spring
+    acts as it is half through the step; where it rings in less than a few steps, as at their end, which is stable and
+    leads to the plastic impact of rigid gears. A step in which the spring acts as it will be damps by itself, like a
+    damper of the stiffness times the time until then. The damper is taken to be weaker by that, but no less than none.
+
     Args:
         k: constants of the planar model.
         ahead: of the wheels are the rotors, at the step's start [rad].
@@ -21,8 +26,17 @@ def _engage(k: Constants, ahead: float, faster: float, so_far: float, mobility: 
         mobility: rate that the wheels gain per impulse [1/(kg·m²)].
     """
     apart_by = mobility + 1.0 / k.play.rotors  # what an impulse between rotors and wheels adds to their difference
-    wanted = cut(ahead + k.step * faster + k.step * apart_by * so_far, 0.5 * k.play.gap)
     free = faster + apart_by * so_far
+    if rarely(k.play.stiffness > 0.0):
+        turned = k.step * k.step * k.play.stiffness / k.play.rotors  # square of the phase by which they ring in a step
+        until = k.step * (1.0 - 2.0 / (4.0 + turned))
+        beyond = ahead + until * free
+        beyond -= cut(beyond, 0.5 * k.play.gap)
+        damping = max(k.play.damping - until * k.play.stiffness, 0.0)
+        push = k.step * (k.play.stiffness * beyond + damping * free)
+        push /= 1.0 + k.step * apart_by * (until * k.play.stiffness + damping)
+        return (push if push * beyond > 0.0 else 0.0) - so_far
+    wanted = cut(ahead + k.step * faster + k.step * apart_by * so_far, 0.5 * k.play.gap)
     return (free - (wanted - ahead) / k.step) / apart_by - so_far
 
 

@@ -1,6 +1,7 @@
 """Motors, gears and dry friction that a physics engine has no form for, beside it step by step."""
 
 from dataclasses import replace
+from math import pi
 
 from twbal.core.engine import RobotMotion
 from twbal.core.mobility import joint_mobility, wheel_mobility
@@ -12,8 +13,9 @@ from twbal.sim.presliding import Bristles
 class Gears:
     """What stands between the motors and the wheels.
 
-    With a backlash the rotors turn by themselves within the gap. At its ends they meet the wheels in a plastic impact:
-    each step passes on the torque that brings the rotors, where they would pass an end, just to it.
+    With a backlash the rotors turn by themselves within the gap. At its ends they meet the wheels. On rigid gears that
+    is a plastic impact: each step passes on the torque that brings the rotors, where they would pass an end, just to
+    it. Gears that bend are a spring and a damper there, which push and never pull (`planar.rolling`).
 
     Attributes:
         robot: what is left for the engine: wheels without the rotors, where these turn by themselves.
@@ -23,9 +25,12 @@ class Gears:
 
     def __init__(self, model: RobotModel, physics_step: float) -> None:
         drive, robot = model.drive, model.robot
-        gap = drive.gap + drive.shaft_gap
-        loose, self._is_behind_encoder = gap > 0, drive.shaft_gap > 0
-        share = drive.shaft_rotor_share if self._is_behind_encoder else drive.rotor_share
+        gap, share, time, damping = drive.gap, drive.rotor_share, drive.contact_time, drive.contact_damping
+        self._is_behind_encoder = drive.shaft_gap > 0
+        if self._is_behind_encoder:
+            gap, share = drive.shaft_gap, drive.shaft_rotor_share
+            time, damping = drive.shaft_contact_time, drive.shaft_contact_damping
+        loose = gap > 0
         self.robot: RobotParameters = (
             replace(robot, wheel_inertia=(1 - share) * robot.wheel_inertia) if loose else robot
         )
@@ -36,6 +41,10 @@ class Gears:
         self.needed = loose or self.friction_changes or self._bristles is not None
         self._half = 0.5 * gap
         self._rotors = 2 * share * robot.wheel_inertia
+        pace = pi / time if time > 0 else 0.0
+        self._stiffness = self._rotors * pace**2
+        self._until = physics_step * (1 - 2 / (4 + (physics_step * pace) ** 2))
+        self._damping = max(2 * damping * self._rotors * pace - self._until * self._stiffness, 0.0)
         self._mobility = wheel_mobility(self.robot)
         self._physics_step = physics_step
         self.reset()
@@ -84,10 +93,25 @@ class Gears:
             self._wheel_rate, self._begins = wheel_rate, False
         drift = wheel_rate - self._wheel_rate - h * self._mobility * self._contact
         rate, wheels = self._rate + h * torque / self._rotors, wheel_rate + drift
-        ahead = self._rotor - wheel
-        wanted = min(max(ahead + h * (rate - wheels), -self._half), self._half)
-        contact = ((rate - wheels) - (wanted - ahead) / h) / (self._mobility + 1 / self._rotors) / h
+        contact = self._contact_torque(self._rotor - wheel, rate - wheels)
         self._rate = rate - h * contact / self._rotors
         self._rotor += h * self._rate
         self._wheel_rate, self._contact = wheel_rate, contact
         return contact
+
+    def _contact_torque(self, ahead: float, faster: float) -> float:
+        """Torque between rotors and wheels in a step [N·m].
+
+        Args:
+            ahead: of the wheels are the rotors, at the step's start [rad].
+            faster: than the wheels would they be at its end, without this torque [rad/s].
+        """
+        h, apart_by = self._physics_step, self._mobility + 1 / self._rotors
+        if self._stiffness == 0.0:
+            wanted = min(max(ahead + h * faster, -self._half), self._half)
+            return (faster - (wanted - ahead) / h) / apart_by / h
+        turned = ahead + self._until * faster
+        beyond = turned - min(max(turned, -self._half), self._half)
+        push = self._stiffness * beyond + self._damping * faster
+        push /= 1 + h * apart_by * (self._until * self._stiffness + self._damping)
+        return push if push * beyond > 0.0 else 0.0

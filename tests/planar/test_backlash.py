@@ -1,0 +1,101 @@
+"""Rotors that meet the wheels of bending gears, against an integrator of its own and closed forms."""
+
+from dataclasses import replace
+from math import exp, pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from test_motion import lagrange, swing
+
+HANGING = {"tilt": np.pi + 0.02}  # a body that hangs, so that small differences stay small
+GAP, SHARE, TIME, DAMPING = 0.03, 0.4, 0.006, 0.3
+EFFECT = {"gap": GAP, "rotor_share": SHARE, "contact_time": TIME, "contact_damping": DAMPING}
+
+
+def push(t):
+    """Torque that drives the rotors from one end of the gap to the other [N·m]."""
+    return 0.8 * np.sin(40.0 * t) + 0.5 * np.sin(95.0 * t)
+
+
+def rotors_on_springs(robot):
+    """Motion of way, tilt, angle of the rotors in space, and their rates."""
+    rotors, r = 2.0 * SHARE * robot.wheel_inertia, robot.wheel_radius
+    without = replace(robot, wheel_inertia=(1.0 - SHARE) * robot.wheel_inertia)
+    stiffness, damping = rotors * (pi / TIME) ** 2, 2.0 * DAMPING * rotors * pi / TIME
+
+    def motion(t, z):
+        ahead, faster = z[2] - z[0] / r, z[5] - z[3] / r
+        beyond = ahead - np.clip(ahead, -0.5 * GAP, 0.5 * GAP)
+        pull = stiffness * beyond + damping * faster
+        pull = pull if pull * beyond > 0.0 else 0.0
+        moved = lagrange(without, 0.0, lambda *_: np.array([pull / r, -push(t)]))(t, z[[0, 1, 3, 4]])
+        return np.array([z[3], z[4], z[5], moved[2], moved[3], (push(t) - pull) / rotors])
+
+    return motion
+
+
+def test_a_robot_moves_as_rotors_on_springs_say(paper):
+    """Over some ten impacts. Rotors that stick to rigid gears end elsewhere."""
+    times = np.arange(0.0, 0.4, 0.01)
+    start = [0.0, HANGING["tilt"], 0.0, 0.0, 0.0, 0.0]
+    true = solve_ivp(rotors_on_springs(paper), (0.0, 0.4), start, t_eval=times, max_step=2e-4, rtol=1e-7).y
+    step, r = 1e-4, paper.wheel_radius
+    states, rigid = (
+        swing(paper, {"backlash": values}, HANGING, push, step, 0.4)
+        for values in (EFFECT, {**EFFECT, "contact_time": 0})
+    )
+    ahead = np.array([s.rotor - s.wheel for s in states])
+    assert np.sum(np.diff((np.abs(ahead) > 0.5 * GAP).astype(int)) > 0) >= 8  # impacts
+    at = np.round(times / step).astype(int)
+    found, other = (
+        np.array([[s.position, s.tilt, s.rotor, r * s.wheel_speed, s.tilt_rate, s.rotor_speed] for s in each])[at].T
+        for each in (states, rigid)
+    )
+    size = np.ptp(true, axis=1)
+    error = np.sqrt(np.mean((found - true) ** 2, axis=1))
+    assert (error < 0.05 * size).all()
+    assert (np.sqrt(np.mean((other - true) ** 2, axis=1)) > 4.0 * error).all()
+
+
+def rebound(robot, share, damping, step):
+    """Rate of the rotors after an impact on wheels that hardly give way, over the rate before it."""
+    effect = {"gap": 0.2, "rotor_share": share, "contact_time": 0.01, "contact_damping": damping}
+    states = swing(robot, {"backlash": effect}, {"tilt": np.pi}, lambda t: 0.1 if t < 0.006 else 0.0, step, 0.16)
+    faster = np.array([s.rotor_speed - s.wheel_speed for s in states])
+    return -faster[faster < 0.0].min() / faster.max()
+
+
+@pytest.mark.parametrize(
+    ("damping", "step", "close"),
+    [(0.1, 1e-4, 0.03), (0.3, 1e-4, 0.03), (0.1, 1e-3, 0.06), (0.3, 1e-3, 0.06), (0.3, 2e-3, 0.12)],
+)
+def test_a_light_rotor_is_thrown_back_as_a_damped_spring_does_it(paper, damping, step, close):
+    """In steps of a fifth of the impact, too.
+
+    Teeth that never pull let go where the spring would hold back: the rest of its swing is not damped.
+
+    With x' = -1 at first, x'' + 2ζ x' + x = 0 has its force x + 2ζ x' at 0 before x is, when x' is exp(-ζ t) of before
+    with tan(t √(1 - ζ²)) = -2ζ √(1 - ζ²) / (1 - 2ζ²).
+    """
+    root = sqrt(1.0 - damping**2)
+    until = (pi - np.arctan2(2.0 * damping * root, 1.0 - 2.0 * damping**2)) / root
+    true = exp(-damping * until)
+    assert rebound(paper, 0.02, damping, step) == pytest.approx(true, abs=close)
+
+
+def test_gears_that_hardly_bend_are_rigid_ones(paper):
+    values = {"gap": GAP, "rotor_share": SHARE}
+    ends = [
+        swing(paper, {"backlash": {**values, "contact_time": time}}, HANGING, push, 1e-3, 0.2)[-1]
+        for time in (0.0, 1e-6)
+    ]
+    np.testing.assert_allclose(ends[0], ends[1], atol=1e-5)
+
+
+def test_play_behind_encoders_bends_alike(paper):
+    """What differs is what the encoders see, not how the robot moves."""
+    one, other = (
+        swing(paper, {name: EFFECT}, HANGING, push, 1e-3, 0.2)[-1] for name in ("backlash", "backlash_behind_encoder")
+    )
+    np.testing.assert_array_equal(one, other)
