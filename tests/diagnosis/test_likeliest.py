@@ -10,7 +10,7 @@ from twbal.diagnosis import likeliest, probable
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.problem import Problem, Selection
-from twbal.diagnosis.verdict import probabilities
+from twbal.diagnosis.verdict import probabilities, temperature_of
 from twbal.sysid.model import FreeParameter
 from twbal.sysid.prediction_error_fit import Fit
 
@@ -83,7 +83,16 @@ def test_no_other_set_takes_the_place(other, ended):
 def test_the_set_whose_place_was_taken_keeps_its_weight(ended_selection):
     selection = ended_selection(hypothesis(506.0, "dead_zone", "motor_lag"))
     assert selection.chosen.names == ("dead_zone", "motor_lag")
-    assert probabilities(selection, SETTINGS)[CHOSEN.names] == pytest.approx(1.0 / (1.0 + np.exp(6.0 / 4.0)), rel=1e-3)
+    assert probabilities(selection, SETTINGS)[CHOSEN.names] == pytest.approx(1.0 / (1.0 + np.exp(6.0 / 8.0)), rel=1e-3)
+
+
+def test_what_a_filter_of_the_tilt_gains_alone_makes_no_set_less_sure():
+    """What the others gain does; and so does all of it where the filter alone was not fitted."""
+    filtered, chosen = hypothesis(9000.0, "tilt_filter"), hypothesis(12000.0, "motor_lag", "tilt_filter")
+    selection = Selection(BASE, (Round(BASE, [], [filtered]),), chosen)
+    assert temperature_of(selection, SETTINGS) == pytest.approx(SETTINGS.misfit_share * COLOUR * 3000.0)
+    without = Selection(BASE, (Round(BASE, [], []),), chosen)
+    assert temperature_of(without, SETTINGS) == pytest.approx(SETTINGS.misfit_share * COLOUR * 12000.0)
 
 
 @pytest.mark.parametrize(
@@ -110,7 +119,7 @@ def outweighed(*others):
 
 
 def test_what_most_of_the_weight_does_without_is_objected_to():
-    (objection,) = outweighed(hypothesis(520.0, "coulomb_friction", "dead_zone", "motor_lag", value=0.9999))
+    (objection,) = outweighed(hypothesis(540.0, "coulomb_friction", "dead_zone", "motor_lag", value=0.9999))
     assert objection.effects == ("actuation_delay",)
     text = "Sets of effects without the actuation delay are together likelier (95%)"
     assert objection.text == f"{text}; the likeliest of them is coulomb friction, dead zone, motor lag (95%)."

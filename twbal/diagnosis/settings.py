@@ -122,9 +122,12 @@ class Settings:
         max_effects: that are named together, at most.
         tempered_search: whether a search by a tempered likelihood follows, where the first leaves a doubt.
         prior: probability that an effect is missing, before anything was recorded.
-        temperature: of the probabilities: scores are divided by it.
-        misfit_share: of the best set's gain, which is the temperature where that is more. What effects gain by a form
-            that is not quite the robot's grows with the data.
+        temperature: by which what chance gains is multiplied for the least scores, and by which scores of the friction
+            of wheels in the air are divided.
+        least_temperature: of the probabilities of sets, over the residual autocorrelation that the best set leaves.
+        misfit_share: of what the best set gains beyond a filter of the tilt, which is the temperature of the
+            probabilities where that is more. What effects gain by a form that is not quite the robot's grows with the
+            data.
         blocks: into which the data are cut for intervals and held-out gains.
         least_scores: by the thresholds and the recordings; known once these are read.
     """
@@ -139,6 +142,7 @@ class Settings:
     tempered_search: bool
     prior: float
     temperature: float
+    least_temperature: float
     misfit_share: float
     blocks: int
     least_scores: LeastScores = NEVER

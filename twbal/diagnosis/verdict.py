@@ -12,6 +12,7 @@ from twbal.diagnosis.power_record import DetectionPower
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import Gap, Shift, Verdict
 from twbal.diagnosis.settings import Settings
+from twbal.planar.robot_distribution import TILT_FILTER
 from twbal.sysid.model import Field
 
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
@@ -124,8 +125,8 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     The prior odds of its effects, each of which is missing with the same probability, times the likelihood ratio by the
     Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
     errors gain by chance, and by a factor for all else that a robot's form differs in. Long data are sure of that
-    difference, too; so the factor is no less than a share of what the best set gains. A set that swallows the commands
-    explains anything; it has no probability beside a chosen one that does not.
+    difference, too; so the factor is no less than a share of what the best set gains beyond a filter of the tilt. A set
+    that swallows the commands explains anything; it has no probability beside a chosen one that does not.
     """
     sets = selection.sets
     temperature = temperature_of(selection, settings)
@@ -143,9 +144,15 @@ def log_prior_odds(settings: Settings) -> float:
 
 
 def temperature_of(selection: Selection, settings: Settings) -> float:
-    """By which log likelihood ratios of sets are divided; see `probabilities`."""
-    gain = selection.base.bic - min(w.bic for w in selection.sets if _is_weighed(w, selection.chosen))
-    return max(settings.temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)
+    """By which log likelihood ratios of sets are divided; see `probabilities`.
+
+    What a filter of the tilt gains alone tells nothing of how far a robot's form is from ours: most such filters have
+    the form of ours, and gain more than all other effects.
+    """
+    weighed = [w for w in selection.sets if _is_weighed(w, selection.chosen)]
+    begin = min([selection.base.bic, *(w.bic for w in weighed if w.names == (TILT_FILTER,))])
+    gain = begin - min(w.bic for w in weighed)
+    return max(settings.least_temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)
 
 
 def _is_weighed(hypothesis: FittedHypothesis, chosen: FittedHypothesis) -> bool:

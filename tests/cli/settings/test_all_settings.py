@@ -67,7 +67,12 @@ NOT_ZERO = (
         "agent.scales.*",
     ),
     *("model.*.starts", "model.*.finalists", "model.*.iterations", "model.*.inducing", "model.*.screening_points"),
-    *("model.smoothing.*", "diagnosis.tolerances.data_sheet", "diagnosis.tolerances.*_timing", "diagnosis.temperature"),
+    *(
+        "model.smoothing.*",
+        "diagnosis.tolerances.data_sheet",
+        "diagnosis.tolerances.*_timing",
+        "diagnosis.*temperature",
+    ),
     *("diagnosis.substeps", "diagnosis.shortlist", "diagnosis.max_effects", "diagnosis.blocks", "held_out", "starts"),
     *("bins", "min_length", "min_samples", "max_yaw_rate", "max_tilt", "link.*timeout", "link.baud_rate", "watchdog"),
     *("idle_timeout", "faults.outer", "faults.reference_torque", "import.motor.*", "*.factor", "*.gain", "resync"),
