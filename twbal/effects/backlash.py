@@ -71,11 +71,12 @@ def contact_damping_of(quantity: Quantity) -> Any:
     return parameter(
         "damping of that impact, over critical damping",
         "",
-        (0.05, 1.5),
+        (0.0, 2.0),
         start=0.4,
         value=0.4,
         neutral=0.4,
         changes=replaces(quantity),
+        covers_all=True,
         sd=0.25,
         is_optional=True,
     )
