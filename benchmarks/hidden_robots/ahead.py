@@ -45,7 +45,7 @@ class Learned(NamedTuple):
 
     family: str
     robot: int
-    updates: int
+    updates: float
     seconds: float
 
     @property
@@ -112,29 +112,6 @@ def default_medians(robot: Mapping[str, Any]) -> Needed:
     )
 
 
-def default_by_seeds(results: Mapping[str, Any]) -> list[str]:
-    """One line a family: what the default needed on its robots with several seeds."""
-    lines = [
-        "| family | robots | with seeds of the learner | solved by policy 0 in the median "
-        "| by update 1 | later | runs that solve nothing | driven to learn, median / worst of the medians |",
-        "|" + "---|" * 8,
-    ]
-    for family in FAMILIES:
-        robots = [robot for robot in results["robots"] if robot["family"] == family]
-        if robots:
-            found = [default_medians(robot) for robot in robots]
-            runs = [run for robot in robots for run in robot["default"]]
-            seconds = [each.seconds for each in found]
-            lines.append(
-                f"| `{family}` | {len(robots)} | {len(robots[0]['default'])} "
-                f"| {sum(each.updates == 0 for each in found)} | {sum(each.updates == 1 for each in found)} "
-                f"| {sum(each.updates > 1 for each in found)} "
-                f"| {sum(run['updates'] is None for run in runs)} of {len(runs)} "
-                f"| {median(seconds):.1f} s / {max(seconds):.1f} s |"
-            )
-    return lines
-
-
 def pilco_ahead(results: Mapping[str, Any]) -> list[str]:
     """One line a robot on which the default needs more than one update or 3 s."""
     lines = [
@@ -179,8 +156,7 @@ def main(words: Sequence[str]) -> None:
 
     with ThreadPoolExecutor(int(settings["workers"])) as pool:
         list(pool.map(learned, [robot for robot in known if (robot.family, robot.robot) not in there]))
-    results = json.loads(FILE.read_text())
-    print("\n".join([*default_by_seeds(results), "", *pilco_ahead(results)]))
+    print("\n".join(pilco_ahead(json.loads(FILE.read_text()))))
 
 
 def written(robots: Sequence[Mapping[str, Any]], compared: int) -> str:

@@ -146,8 +146,8 @@ def log_prior_odds(settings: Settings) -> float:
 def temperature_of(selection: Selection, settings: Settings) -> float:
     """By which log likelihood ratios of sets are divided; see `probabilities`.
 
-    What a filter of the tilt gains alone tells nothing of how far a robot's form is from ours: most such filters have
-    the form of ours, and gain more than all other effects.
+    The gain of a tilt filter alone does not count: it is larger than that of most effects, and on other robots it held
+    small effects back that were there.
     """
     weighed = [w for w in selection.sets if _is_weighed(w, selection.chosen)]
     begin = min([selection.base.bic, *(w.bic for w in weighed if w.names == (TILT_FILTER,))])
