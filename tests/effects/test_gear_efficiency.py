@@ -8,7 +8,7 @@ from twbal.effects.gear_efficiency import GearEfficiency
 
 
 def passed(effect, torque, rate):
-    return effect.turn(torque, JointMotion(0.0, rate, 0.0))
+    return effect.turn(torque, JointMotion(0.0, rate))
 
 
 @pytest.mark.parametrize("loss", [0.05, 0.3])

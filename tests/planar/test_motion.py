@@ -217,12 +217,17 @@ def test_on_ice_the_wheels_spin_and_the_axle_feels_the_bound_alone(paper):
     assert end.slip < 0
 
 
+@pytest.mark.parametrize("share", [0.0, 0.8])  # of the wheels' inertia that is geared rotors'
 @pytest.mark.parametrize("most", [4.0, 40.0])  # of the torque: the tyres creep, or slide at times [N·m]
-def test_tyres_that_creep_are_those_of_the_brush_model(paper, most):
-    """Against axle, body and wheels on their own, with the traction of Pacejka's brush model (2012, chapter 3)."""
+def test_tyres_that_creep_are_those_of_the_brush_model(paper, most, share):
+    """Against axle, body and wheels on their own, with the traction of Pacejka's brush model (2012, chapter 3).
+
+    Rotors turn with the wheels relative to the body, and have ½ g (φ̇ - θ̇)² of the energy.
+    """
     friction, creep, seconds = 0.4, 0.06, 0.15
     m, l, r = paper.body_mass, paper.com_height, paper.wheel_radius
-    total, spin = m + 2 * paper.wheel_mass, 2 * paper.wheel_inertia
+    total, g = m + 2 * paper.wheel_mass, 2 * share * paper.wheel_inertia
+    spin, pitch = 2 * paper.wheel_inertia, paper.body_inertia_pitch + m * l**2 + g
 
     def torque(t):
         return most * np.cos(300.0 * t)
@@ -232,13 +237,16 @@ def test_tyres_that_creep_are_those_of_the_brush_model(paper, most):
         sliding = (r * wheel_rate - speed) / creep  # rises to 1, from which on all of the contact slides
         share = np.sign(sliding) * (1.0 - (1.0 - min(abs(sliding), 1.0)) ** 3)
         traction = friction * share * total * GRAVITY
-        mass = np.array([[total, m * l * np.cos(tilt)], [m * l * np.cos(tilt), paper.body_inertia_pitch + m * l**2]])
-        forces = [traction + m * l * np.sin(tilt) * tilt_rate**2, m * GRAVITY * l * np.sin(tilt) - torque(t)]
-        pushed, leans = np.linalg.solve(mass, forces)
-        return [tilt_rate, leans, pushed, (torque(t) - r * traction) / spin]
+        tied = m * l * np.cos(tilt)
+        mass = np.array([[total, tied, 0.0], [tied, pitch, -g], [0.0, -g, spin]])
+        on_axle, on_body = m * l * np.sin(tilt) * tilt_rate**2, m * GRAVITY * l * np.sin(tilt)
+        pushed, leans, spins = np.linalg.solve(
+            mass, [traction + on_axle, on_body - torque(t), torque(t) - r * traction]
+        )
+        return [tilt_rate, leans, pushed, spins]
 
     truth = solve_ivp(motion, (0.0, seconds), [0.0, 0.0, 0.0, 0.0], method="Radau", rtol=1e-8, atol=1e-10)
-    effects = {"wheel_slip": {"friction": friction, "creep": creep}}
+    effects = {"wheel_slip": {"friction": friction, "creep": creep}, "rotor_inertia": {"share": share}}
     states = swing(paper, effects, {"tilt": 0.0}, torque, 2e-5, seconds)
     end = states[-1]
     assert (max(abs(state.slip) for state in states) > creep) == (most > 10.0)

@@ -35,7 +35,6 @@ class Quantity(IntEnum):
     TURN_INERTIA = 18
     """I_xx - I_zz [kg·m²], with which a robot that turns pitches."""
     GEARED_SHARE = 19
-    """Of each wheel's inertia, the part that turns relative to the body."""
     COMMAND_DELAY = 20
     """By which commands act late [s]."""
     MOTOR_LAG = 21

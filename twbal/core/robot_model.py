@@ -4,7 +4,7 @@ The plain values of it serve kernels, too (`twbal.core.compiled`).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import exp
 from typing import ClassVar, NamedTuple, Protocol
 
@@ -51,8 +51,6 @@ class JointMotion(NamedTuple):
     Attributes:
         angle: of the wheel relative to the body [rad].
         rate: [rad/s].
-        acceleration: in the physics step before; before the first one, what it would be without torque, or 0 [rad/s²].
-            0 in the planar model.
         apart: angle for each radian of heading; where `heading` is 1, all of it [rad].
         heading: by which the robot has turned [rad]; 1 where only the product is known.
         apart_rate: by which one wheel turns faster than the mean and the other slower [rad/s].
@@ -60,7 +58,6 @@ class JointMotion(NamedTuple):
 
     angle: float
     rate: float
-    acceleration: float
     apart: float = 0.0
     heading: float = 1.0
     apart_rate: float = 0.0
@@ -165,6 +162,8 @@ class DriveTrain:
         imbalance: share by which the right motor is stronger than the mean of both.
         presliding: angle of a wheel over which its dry friction grows after its rate changed sign, that of the ground,
             too [rad]; 0: none.
+        geared_share: of each wheel's inertia on the data sheet, the part that turns relative to the body. The robot's
+            `wheel_inertia` is without it.
     """
 
     coulomb_friction: float = 0.0
@@ -181,6 +180,7 @@ class DriveTrain:
     shaft_contact_damping: float = 0.4
     imbalance: float = 0.0
     presliding: float = 0.0
+    geared_share: float = 0.0
 
     def dry_friction(self, rate: float) -> float:
         """Largest dry friction of each joint [N·m] at a rate relative to the body [rad/s]."""
@@ -233,6 +233,12 @@ class RobotModel:
     pushes: tuple[Push, ...] = ()
     actuators: tuple[Actuator, ...] = ()
     sensors: tuple[Sensor, ...] = ()
+
+    @property
+    def with_rotors(self) -> RobotParameters:
+        """The robot with the inertia of geared rotors in that of its wheels, as its data sheet has it."""
+        share = self.drive.geared_share
+        return replace(self.robot, wheel_inertia=self.robot.wheel_inertia / (1.0 - share)) if share else self.robot
 
     def clip(self, command: float) -> float:
         """The command, cut to the torque limit [N·m]."""

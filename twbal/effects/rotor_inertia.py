@@ -2,16 +2,13 @@
 
 from dataclasses import dataclass
 
-from twbal.core.mobility import joint_mobility
 from twbal.core.quantities import Quantity
-from twbal.core.robot_model import JointMotion, JointTorque
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import JointEffect
+from twbal.effects.effect import DriveEffect
 from twbal.effects.parameter import adds_to, parameter, reduces
 
 
 @dataclass(frozen=True)
-class RotorInertia(JointEffect):
+class RotorInertia(DriveEffect):
     """Part of the wheels' inertia is that of rotors, which a high gear turns relative to the body.
 
     A data sheet lumps N² times the rotor's inertia with the wheel, J in all. The wheel's link has it no more; in its
@@ -33,21 +30,3 @@ class RotorInertia(JointEffect):
     is_linear = True
     nearly_same_as = ("body_inertia", "com_height")
     separate_by = "Turn a wheel by hand with the motors off, the body held."
-
-    def start(self, robot: RobotParameters, physics_step: float) -> JointTorque:
-        """Hand out the joint of a robot whose wheels are without their rotors.
-
-        What the acceleration of the coming step will be, follows from that of the last one and from how much the torque
-        changes in between.
-        """
-        inertia = 2 * self.share / (1 - self.share) * robot.wheel_inertia
-        gain = inertia * joint_mobility(robot)
-        given = taken = 0.0
-
-        def joint(torque: float, motion: JointMotion) -> float:
-            nonlocal given, taken
-            taken = (gain * taken - inertia * motion.acceleration - gain * (torque - given)) / (1 + gain)
-            given = torque
-            return torque + taken
-
-        return joint

@@ -67,7 +67,7 @@ def tipped(k: Constants, s: PlanarState, before: Turning, after: Turning) -> Pla
 def joint_torque(p: PlanarParameters, k: Constants, s: PlanarState, torque: float, turning: Turning) -> float:
     """Torque in both joints beside the motors' `torque` and all that is dry [N·m]."""
     relative = s.wheel_speed - s.tilt_rate
-    at = JointMotion(s.wheel - s.tilt, relative, 0.0, k.apart, turning.heading, k.apart * turning.rate)
+    at = JointMotion(s.wheel - s.tilt, relative, k.apart, turning.heading, k.apart * turning.rate)
     return turn(p, torque, at) - torque - 2.0 * k.viscous * relative
 
 

@@ -1,5 +1,7 @@
 """One physics step of the planar model whose tyres may slip; the equations are those of `twbal.planar.motion`."""
 
+from typing import NamedTuple
+
 from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
@@ -14,6 +16,32 @@ from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
 _traction = kernel(is_inlined=True)(traction_impulse)
 
 
+class _Mobilities(NamedTuple):
+    """The inverse of the mass matrix: what axle speed, tilt rate and wheel rate gain by an impulse on each of them."""
+
+    axle: float
+    axle_body: float
+    axle_wheels: float
+    body: float
+    body_wheels: float
+    wheels: float
+
+
+@kernel(is_inlined=True)
+def _mobilities(mass: float, coupling: float, c: float, geared: float, spin: float) -> _Mobilities:
+    """Of the mass matrix ((mass, coupling, 0), (coupling, c, -geared), (0, -geared, spin))."""
+    bent = c * spin - geared * geared
+    determinant = mass * bent - coupling * coupling * spin
+    return _Mobilities(
+        bent / determinant,
+        -coupling * spin / determinant,
+        -coupling * geared / determinant,
+        mass * spin / determinant,
+        mass * geared / determinant,
+        (mass * c - coupling * coupling) / determinant,
+    )
+
+
 @kernel(is_inlined=True)
 def slide(
     p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning
@@ -21,7 +49,8 @@ def slide(
     r"""One step of a robot whose tyres may slip; backlash is left out.
 
     Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
-    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves.
+    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves. Geared
+    rotors couple wheels and body by -g in the mass matrix of v, θ̇ and φ̇.
 
     Args: as of `twbal.planar.rolling.roll`.
     """
@@ -30,44 +59,46 @@ def slide(
     slope = slope_ahead(k, turning)
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
-    mass, coupling, c = without_swinging(k, f.leaning, k.mass, k.arm * f.leaning, k.c - k.geared)
-    determinant = mass * c - coupling * coupling
-    w, v, q = c / determinant, -coupling / determinant, mass / determinant  # axle by axle, by body; body by body
+    mass, coupling, c = without_swinging(k, f.leaning, k.mass, k.arm * f.leaning, k.c)
+    m = _mobilities(mass, coupling, c, k.geared, spin)
     rubbed = joint_torque(p, k, s, torque, turning)
     rolled = -2.0 * k.rolling_viscous * s.wheel_speed
     on_axle = (f.on_wheels - rubbed - rolled) / r
-    on_body = f.on_body - torque
-    bend = v * on_axle + q * on_body  # θ̈ without traction
-    speed = s.slip + r * s.wheel_speed + h * (w * on_axle + v * on_body)
+    on_body, on_wheels = f.on_body - torque, torque + rubbed + rolled
+    bend = m.axle_body * on_axle + m.body * on_body + m.body_wheels * on_wheels  # θ̈ without traction
+    speed = s.slip + r * s.wheel_speed
+    speed += h * (m.axle * on_axle + m.axle_body * on_body + m.axle_wheels * on_wheels)
     tilt_rate = s.tilt_rate + h * bend
-    wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
+    wheel_speed = s.wheel_speed + h * (m.axle_wheels * on_axle + m.body_wheels * on_body + m.wheels * on_wheels)
 
     sine, cosine = sine_and_cosine(alpha)
     weight = k.mass * GRAVITY * sine_and_cosine(slope).cosine - k.arm * (cosine * s.tilt_rate**2 + sine * bend)
     grip = h * k.grip * max(weight, 0.0)
-    mobility = w + r * r / spin  # of the slip, by traction
+    mobility = m.axle - 2.0 * r * m.axle_wheels + r * r * m.wheels  # of the slip, by traction
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.dry.rolling
-    of_joint = spin / (1.0 + spin * q)
-    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint, joint), Contact(wheel_speed, spin, ground)
+    of_joint, of_wheels = 1.0 / (m.wheels - 2.0 * m.body_wheels + m.body), 1.0 / m.wheels
+    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint, joint), Contact(wheel_speed, of_wheels, ground)
     in_joints, on_ground = frictions(k, s, at_joint, at_ground, turning)
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
         before = traction, rolling, rubbing
         change = _traction(speed - r * wheel_speed - mobility * traction, mobility, grip, k.creep) - traction
         traction += change
-        speed += w * change
-        tilt_rate += v * change
-        wheel_speed -= r * change / spin
-        change = rub_or_bend(rolling, wheel_speed, spin, ground, apart, on_ground)
+        speed += (m.axle - r * m.axle_wheels) * change
+        tilt_rate += (m.axle_body - r * m.body_wheels) * change
+        wheel_speed += (m.axle_wheels - r * m.wheels) * change
+        change = rub_or_bend(rolling, wheel_speed, of_wheels, ground, apart, on_ground)
         rolling += change
-        wheel_speed += change / spin
+        speed += m.axle_wheels * change
+        tilt_rate += m.body_wheels * change
+        wheel_speed += m.wheels * change
         change = rub_or_bend(rubbing, wheel_speed - tilt_rate, of_joint, joint, apart, in_joints)
         rubbing += change
-        wheel_speed += change / spin
-        tilt_rate -= q * change
-        speed -= v * change
+        speed += (m.axle_wheels - m.axle_body) * change
+        tilt_rate += (m.body_wheels - m.body) * change
+        wheel_speed += (m.wheels - m.body_wheels) * change
         if is_settled(traction, rolling, rubbing, before):
             break
     wheel, slip, way = s.wheel + h * wheel_speed, speed - r * wheel_speed, h * speed

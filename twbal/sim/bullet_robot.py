@@ -39,10 +39,16 @@ class BulletRobot:
         robot: masses and lengths, without the part that swings.
         model: friction of its joints and the grip of its tyres.
         part: of the body that swings; None where nothing does.
+        geared: inertia by which the body is harder to pitch than masses on it make it [kg·m²].
     """
 
     def __init__(
-        self, client: Client, robot: RobotParameters, model: RobotModel, part: SwingingPart | None = None
+        self,
+        client: Client,
+        robot: RobotParameters,
+        model: RobotModel,
+        part: SwingingPart | None = None,
+        geared: float = 0.0,
     ) -> None:
         self._part = part
         self._client, self._robot, self._drive = client, robot, model.drive
@@ -63,6 +69,11 @@ class BulletRobot:
                 rollingFriction=0,
                 restitution=0,
             )
+
+        if geared:  # after the URDF, in which no body may have that
+            pitch = robot.body_inertia_pitch + geared
+            inertias = [robot.body_inertia_roll, pitch, robot.body_inertia_yaw]
+            client.changeDynamics(self._id, _BODY, localInertiaDiagonal=inertias)
 
     def let_slip(self) -> None:
         """Take all friction along their way from the tyres; what is across it stays."""

@@ -4,8 +4,8 @@ from dataclasses import replace
 from math import pi
 
 from twbal.core.engine import RobotMotion
-from twbal.core.mobility import joint_mobility, wheel_mobility
-from twbal.core.robot_model import RobotModel
+from twbal.core.mobility import inertias, joint_mobility, wheel_mobility
+from twbal.core.robot_model import UNBOUNDED, RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.sim.presliding import Bristles
 
@@ -17,8 +17,14 @@ class Gears:
     is a plastic impact: each step passes on the torque that brings the rotors, where they would pass an end, just to
     it. Gears that bend are a spring and a damper there, which push and never pull (`planar.rolling`).
 
+    Geared rotors of the inertia g turn at φ̇ - θ̇, so their energy is ½ g (φ̇² + θ̇²) - g φ̇ θ̇. For the first two terms
+    the engine's wheels and its body have g as well. The last one makes the torques g θ̈ on the wheels and g φ̈ on the
+    body. In the joints, -g (φ̈ - θ̈) would be all of it; but beside lighter wheels that slide such a torque grows from
+    step to step.
+
     Attributes:
         robot: what is left for the engine: wheels without the rotors, where these turn by themselves.
+        geared: inertia of both rotors [kg·m²], by which the engine's body is harder to pitch.
         needed: whether there is anything to do in a step.
         friction_changes: whether the joints' dry friction depends on their rate.
     """
@@ -31,14 +37,17 @@ class Gears:
             gap, share = drive.shaft_gap, drive.shaft_rotor_share
             time, damping = drive.shaft_contact_time, drive.shaft_contact_damping
         loose = gap > 0
+        whole = model.with_rotors
         self.robot: RobotParameters = (
-            replace(robot, wheel_inertia=(1 - share) * robot.wheel_inertia) if loose else robot
+            replace(whole, wheel_inertia=whole.wheel_inertia - share * robot.wheel_inertia) if loose else whole
         )
+        self.geared = 2 * (whole.wheel_inertia - robot.wheel_inertia)
+        self._torque_gains = _accelerations(whole, self.geared) if model.ground.grip == UNBOUNDED else (0.0, 0.0)
         self.friction_changes = drive.breakaway > 0
         self._drive = drive
         angle = drive.presliding if drive.dry_friction(0.0) else 0.0
         self._bristles = Bristles(robot, angle, joint_mobility(self.robot), physics_step) if angle else None
-        self.needed = loose or self.friction_changes or self._bristles is not None
+        self.needed = loose or self.friction_changes or self.geared > 0 or self._bristles is not None
         self._half = 0.5 * gap
         self._rotors = 2 * share * robot.wheel_inertia
         pace = pi / time if time > 0 else 0.0
@@ -49,14 +58,23 @@ class Gears:
         self._physics_step = physics_step
         self.reset()
 
-    def reset(self, ahead: float = 0.0, faster: float = 0.0, friction: tuple[float, float] = (0.0, 0.0)) -> None:
+    def reset(
+        self,
+        ahead: float = 0.0,
+        faster: float = 0.0,
+        friction: tuple[float, float] = (0.0, 0.0),
+        accelerations: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
         """Begin a rollout.
 
         Args:
             ahead: of the wheels are the rotors, within the gap [rad].
             faster: than the wheels are they [rad/s].
             friction: in the left joint and the right one, where dry friction grows over an angle [N·m].
+            accelerations: of wheels and body without torque, for the first step of `turn_rotors` [rad/s²].
         """
+        self._accelerations = accelerations
+        self._before: tuple[float, float, float] | None = None  # rates of wheels and body, and the motors' torque
         if self._bristles:
             self._bristles.begin(friction)
         self._ahead, self._faster = ahead, faster
@@ -78,6 +96,24 @@ class Gears:
             return 0.0, 0.0
         bound, at_rest = (self._drive.dry_friction(rate) for rate in (motion.wheel_rate, 0.0))
         return self._bristles.rub(motion.wheel_rate, motion.yaw_rate, bound, at_rest)
+
+    def turn_rotors(self, torque: float, motion: RobotMotion) -> tuple[float, float]:
+        """Torques on the wheels and on the body by which geared rotors couple them, for one physics step [N·m].
+
+        By the accelerations in the step before, and on wheels that roll by how much the motors' torque has changed
+        since. What these torques change of them comes back smaller.
+        """
+        if not self.geared:
+            return 0.0, 0.0
+        now = motion.wheel_rate + motion.tilt_rate, motion.tilt_rate
+        changed = torque
+        if self._before is not None:
+            changed = torque - self._before[2]
+            wheel, body = (new - old for new, old in zip(now, self._before[:2], strict=True))
+            self._accelerations = wheel / self._physics_step, body / self._physics_step
+        self._before = (*now, torque)
+        wheel, body = (a + changed * by for a, by in zip(self._accelerations, self._torque_gains, strict=True))
+        return self.geared * body, self.geared * wheel
 
     def pass_on(self, torque: float, motion: RobotMotion) -> float:
         """Torque that the wheels get of what the motors make [N·m], for one physics step.
@@ -115,3 +151,10 @@ class Gears:
         push = self._stiffness * beyond + self._damping * faster
         push /= 1 + h * apart_by * (self._until * self._stiffness + self._damping)
         return push if push * beyond > 0.0 else 0.0
+
+
+def _accelerations(robot: RobotParameters, geared: float) -> tuple[float, float]:
+    """Of the wheels and of the upright body, by a torque between them [1/(kg·m²)]; with rotors of so much inertia."""
+    a, b, c = inertias(robot)
+    b, c = b - geared, c + geared
+    return (c + b) / (a * c - b**2), -(a + b) / (a * c - b**2)

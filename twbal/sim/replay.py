@@ -124,11 +124,7 @@ def _course(
         effect_state = dataclasses.replace(effect_state, actuators=(lambda _: next(torques),))
     time = len(start.past_commands) * period
     world.reset(start.initial, start.restart.heading)
-    acceleration = 0.0
-    if effect_state.joints:
-        acceleration = world.glide()
-        world.reset(start.initial, start.restart.heading)
-    world.resume(start.restart, time, acceleration)
+    world.resume(start.restart, time)
     speed = float(start.past_motion[-1, 2]) if len(start.past_motion) else world.motion().speed
     seen = []
     for i in range(len(commands) + 1):

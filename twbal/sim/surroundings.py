@@ -40,14 +40,14 @@ class OutsideForces:
     """
 
     def __init__(self, model: RobotModel, physics_step: float) -> None:
-        ground = model.ground
+        ground, robot = model.ground, model.with_rotors
         self._bound = 2 * ground.rolling_resistance
         self._viscous = 2 * ground.rolling_viscous
         self.pushes = model.pushes
-        self._weight = (model.robot.body_mass + 2 * model.robot.wheel_mass) * GRAVITY
+        self._weight = (robot.body_mass + 2 * robot.wheel_mass) * GRAVITY
         self._physics_step = physics_step
-        self._stopping = 1 / (physics_step * wheel_mobility(model.robot))  # torque that stops a rate in one step
-        angle, robot = model.drive.presliding if self._bound else 0.0, model.robot
+        self._stopping = 1 / (physics_step * wheel_mobility(robot))  # torque that stops a rate in one step
+        angle = model.drive.presliding if self._bound else 0.0
         self._bristles = Bristles(robot, angle, wheel_mobility(robot), physics_step) if angle else None
         self.creeps = ground.grip < UNBOUNDED and ground.tyre_creep > 0.0
         self._tyres = CreepingTyres(robot, ground, physics_step)

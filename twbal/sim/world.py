@@ -57,10 +57,12 @@ class World(Engine):
         ground = client.createMultiBody(0, client.createCollisionShape(pybullet.GEOM_PLANE))
         client.changeDynamics(ground, -1, lateralFriction=1)
         part, robot = swinging_part(model), self._gears.robot
-        self._robot = BulletRobot(client, without_part(robot, part) if part else robot, model, part)
+        whole = without_part(robot, part) if part else robot
+        self._robot = BulletRobot(client, whole, model, part, self._gears.geared)
         if self._surroundings.creeps:
             self._robot.let_slip()
         self._is_rigid = part is None
+        self._accelerations = 0.0, 0.0  # of wheels and body where a rollout begins, without torque
         self._fresh = client.saveState()  # to restore it takes a hundredth of the time
 
     def reset(self, initial: InitialState, heading: float = 0.0) -> None:
@@ -70,6 +72,14 @@ class World(Engine):
             initial: tilt, tilt rate and speed.
             heading: by which it looks away from where a slope rises, to the left [rad].
         """
+        self._put(initial, heading)
+        if self._gears.geared:  # rotors feel the accelerations of the step before
+            self._accelerations = self._glide()
+            self._put(initial, heading)
+        self._gears.reset(accelerations=self._accelerations)
+        self._surroundings.reset()
+
+    def _put(self, initial: InitialState, heading: float) -> None:
         # Contacts are not a part of the state: they end where the robot is lifted off the ground.
         self._robot.lift()
         self._client.performCollisionDetection()
@@ -79,28 +89,24 @@ class World(Engine):
         self._client.setGravity(*(-GRAVITY * part for part in self._vertical))
         self._robot.place(initial, rising=atan2(self._vertical[0], self._vertical[2]))
         self._robot.hold(0.0)
-        self._gears.reset()
-        self._surroundings.reset()
-        self._rate_before: float | None = None
-        self._first_acceleration = 0.0
 
-    def glide(self) -> float:
-        """Take one physics step without torque and return the joints' acceleration in it [rad/s²]."""
-        rate = self._robot.motion(self._vertical).wheel_rate
+    def _glide(self) -> tuple[float, float]:
+        """Take one physics step without torque and return the accelerations of wheels and body in it [rad/s²]."""
+        before = self._robot.motion(self._vertical)
         self._client.stepSimulation()
-        return (self._robot.motion(self._vertical).wheel_rate - rate) / self._physics_step
+        after = self._robot.motion(self._vertical)
+        body = (after.tilt_rate - before.tilt_rate) / self._physics_step
+        return body + (after.wheel_rate - before.wheel_rate) / self._physics_step, body
 
-    def resume(self, restart: RestartState, time: float, acceleration: float = 0.0) -> None:
+    def resume(self, restart: RestartState, time: float) -> None:
         """After a reset with its heading: be in the middle of a rollout.
 
         Args:
             restart: what that is beyond the initial state.
             time: since the rollout began [s].
-            acceleration: of the joints without torque (`glide`) [rad/s²]; what turns with the gears feels it.
         """
-        self._first_acceleration = acceleration
         self._robot.restart(restart)
-        self._gears.reset(restart.rotor_ahead, restart.rotor_faster, restart.joints)
+        self._gears.reset(restart.rotor_ahead, restart.rotor_faster, restart.joints, self._accelerations)
         self._surroundings.reset(restart, time)
 
     def turn_at(self, yaw_rate: float) -> None:
@@ -142,24 +148,25 @@ class World(Engine):
             torque: of the motors, as the actuators give it [N·m].
             effect_state: what acts in the joints.
         """
-        motion, before = self._robot.motion(self._vertical), self._rate_before
-        acceleration = self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
-        self._rate_before = motion.wheel_rate
+        motion = self._robot.motion(self._vertical)
         apart, apart_rate = self._robot.apart() if effect_state.joints or self._surroundings.pushes else (0.0, 0.0)
         pose = self.pose() if self._surroundings.pushes else _START
         if effect_state.joints:
-            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart, 1.0, apart_rate)
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, apart, 1.0, apart_rate)
             torque = effect_state.turn(torque, joint)
         if self._gears.friction_changes:
             self._robot.hold(motion.wheel_rate)
         self._robot.swing()
         passed = self._gears.pass_on(torque, motion)
         self._robot.drive(passed, self._gears.rub(motion))
-        if passed != torque:  # the motors push themselves off the body, whatever their rotors meet
-            self._robot.turn_body(passed - torque)
+        on_wheels, on_body = self._gears.turn_rotors(torque, motion)
+        on_body += passed - torque  # the motors push themselves off the body, whatever their rotors meet
+        if on_body:
+            self._robot.turn_body(on_body)
         load = self._robot.load() if self._surroundings.creeps else 0.0
         around = self._surroundings.act(motion, pose, apart, load)
-        if around.on_wheels:
-            self._robot.turn_wheels(around.on_wheels)
+        on_wheels += around.on_wheels
+        if on_wheels:
+            self._robot.turn_wheels(on_wheels)
         if around.at_axle:
             self._robot.push(around.at_axle)
