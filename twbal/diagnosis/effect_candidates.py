@@ -51,9 +51,7 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         low, high = size * p.low, size * p.high
         if p.unit == "Hz":
             high = min(high, _FASTEST / robot.control_period)
-        neutral = size * p.neutral
-        if not p.covers_all:  # what no limit is: the far end of the range
-            neutral = min(max(neutral, low), high)
+        neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
         if p.unit == "Hz":
             neutral = min(neutral, 0.99 * high)
         start = min(_usual_share(p, robot) * size * p.start, high)

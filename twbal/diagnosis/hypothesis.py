@@ -1,6 +1,6 @@
 """Sets of effects as hypotheses: full fits of the most promising, with their noise refitted."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
 from twbal.planar.robot_distribution import TILT_FILTER
@@ -128,11 +129,6 @@ class Round(NamedTuple):
     scored: list[ScoredCandidate]
     hypotheses: list[FittedHypothesis]
 
-    def without(self, names: Collection[str]) -> "Round":
-        """The same, had candidates of these names not been weighed."""
-        scored = [each for each in self.scored if each.candidate.name not in names]
-        return Round(self.base, scored, [w for w in self.hypotheses if not {*names} & {*w.names}])
-
 
 def fit_hypothesis(
     data: Data, model: Model, always: Sequence[FreeParameter], candidates: Sequence[Candidate], rounds: int
@@ -163,16 +159,17 @@ def fit_hypothesis(
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 
 
-def with_usual_filter(model: Model, added: Sequence[Candidate], period: float) -> Model:
-    """The model from which to fit candidates that were added: if a filter of the tilt is one, as filters are.
-
-    Its rate begins where its candidate begins, and a sum of rectangles runs ahead by half a control period [s].
-    """
-    for candidate in added:
-        if candidate.name == TILT_FILTER:
-            rate, lead = candidate.parameters
-            model = model.put({candidate.field(rate): rate.start, candidate.field(lead): 0.5 * period})
-    return model
+def fit_from_all(
+    data: Data,
+    model: Model,
+    always: Sequence[FreeParameter],
+    candidates: Sequence[Candidate],
+    rounds: int,
+    added: Sequence[Candidate],
+) -> FittedHypothesis:
+    """As `fit_hypothesis`, of a set to which candidates were `added`: the best of fits from all that these begin at."""
+    begins = [model, *filter_starts(model, added, data.period)]
+    return min((fit_hypothesis(data, each, always, candidates, rounds) for each in begins), key=lambda w: w.bic)
 
 
 def bic_penalty(candidates: Sequence[Candidate], count: int) -> float:
@@ -191,6 +188,11 @@ def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tup
         return ()
     without = {c.name: model.put(c.none) for c in candidates}
     return tuple(name for name, other in without.items() if equivalent_gain(other.planar, commands) > left)
+
+
+def may_hide_a_filter(data: Data, base: FittedHypothesis) -> bool:
+    """Whether a lasting error of the tilt may hide the gain of a filter that makes the tilt of a gyro."""
+    return bool(data.sensed[1]) and has_lasting_tilt_error(base.fit.model)
 
 
 def add_one(
@@ -217,16 +219,14 @@ def add_one(
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    if not filter_is_tried and data.sensed[1]:  # beside a gyro: slopes do not tell of it
+    if not filter_is_tried and may_hide_a_filter(data, base):
         chosen += [s for s in screened if s.candidate.name == TILT_FILTER and s not in chosen]
     light = in_threads(lambda s: fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0), chosen)
     best = min((w.bic for w in light), default=0.0)
     close = best + max(_CLOSE * (base.bic - best), _NEAR)
     hypotheses = in_threads(
         lambda w: (
-            fit_hypothesis(
-                data, with_usual_filter(w.fit.model, w.candidates[-1:], data.period), always, w.candidates, rounds
-            )
+            fit_from_all(data, w.fit.model, always, w.candidates, rounds, w.candidates[-1:])
             if w.bic <= close or w.candidates[-1].name == TILT_FILTER
             else w
         ),

@@ -12,7 +12,6 @@ from twbal.diagnosis.objections import Extent, to_bounds, to_slow_waves
 from twbal.diagnosis.probable import Weights
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.removal import without_redundant
-from twbal.diagnosis.tempered import added_to
 
 _CLEARLY = 2.0  # times as likely, from which on another set takes the place of the one that was chosen
 _TRIED = 3  # sets about as likely as the chosen one that may take its place, at most
@@ -57,8 +56,7 @@ def without_untenable(
     """The selection, ended without effects that can be no finding, where the others explain the recordings.
 
     Such an effect has a parameter at a bound, replaces the command, or is a wave of which no recording holds enough
-    periods. It often stands for what the form of another effect differs by from the robot's, or for effects that were
-    not added because it did their work. So the others are searched on without it.
+    periods. It often stands for what the form of another effect differs by from the robot's.
 
     Args:
         problem: what was selected from.
@@ -75,15 +73,12 @@ def without_untenable(
     progress(f"fitting the others without {', '.join(sorted(objected))}")
     none = {field: value for c in chosen.candidates if c.name in objected for field, value in c.none.items()}
     others = problem.fit(chosen.fit.model.put(none), tenable, FULL_ROUNDS)
-    tenable_rounds = [step.without(objected) for step in selection.rounds if not objected & {*step.base.names}]
-    rounds, rest = [*tenable_rounds, Round(chosen, [], [others])], problem.without(objected)
-    larger = added_to(rest, others, rounds, progress)
-    for found in (larger, others) if larger is not others else (others,):
-        lighter = without_redundant(rest, found, selection.base, rounds=rounds) if explains(found) else found
-        if lighter.effects and explains(lighter):
-            chosen = lighter
-            break
-    return Selection(selection.base, (*selection.rounds, *rounds[len(tenable_rounds) :]), chosen)
+    rounds = [*selection.rounds, Round(chosen, [], [others])]
+    if explains(others):
+        others = without_redundant(problem, others, selection.base, rounds=rounds)
+        if others.effects and explains(others):
+            chosen = others
+    return Selection(selection.base, tuple(rounds), chosen)
 
 
 def unobjected(

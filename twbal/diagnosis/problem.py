@@ -1,6 +1,6 @@
 """What a selection of effects works on, how it went, and when an effect is worth its penalty."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil, isfinite, sqrt
 from typing import NamedTuple
@@ -11,8 +11,9 @@ from twbal.diagnosis.hypothesis import (
     FittedHypothesis,
     Round,
     add_one,
+    fit_from_all,
     fit_hypothesis,
-    with_usual_filter,
+    may_hide_a_filter,
 )
 from twbal.diagnosis.settings import Settings
 from twbal.planar.robot_distribution import TILT_FILTER
@@ -86,8 +87,8 @@ class Problem(NamedTuple):
         not found any more.
         """
         small = {c.field(p): p.none + _BEGIN * (p.start - p.none) for c in candidates for p in c.parameters}
-        begin = with_usual_filter(self.data.with_noise(self.start.put(small), 30), candidates, self.data.period)
-        return self.fit(begin, candidates, _AT_ONCE_ROUNDS)
+        begin = self.data.with_noise(self.start.put(small), 30)
+        return fit_from_all(self.data, begin, self.always, candidates, _AT_ONCE_ROUNDS, candidates)
 
     def add_to(self, hypothesis: FittedHypothesis, known: Sequence[Round] = ()) -> Round:
         """What one more effect would bring; by a known round with the same set, if that was fitted as well there."""
@@ -104,10 +105,10 @@ class Problem(NamedTuple):
         base = step.base
         others = [candidate for candidate in self.beside(base) if candidate.name == TILT_FILTER]
         is_fitted = any(TILT_FILTER in w.names for w in step.hypotheses)
-        if is_fitted or not others or not self.data.sensed[1]:
+        if is_fitted or not others or not may_hide_a_filter(self.data, base):
             return None
-        model = with_usual_filter(base.fit.model, others, self.data.period)
-        found = self.fit(model, (*base.candidates, *others), self.rounds)
+        model = base.fit.model.put({others[0].field(p): p.start for p in others[0].parameters})
+        found = fit_from_all(self.data, model, self.always, (*base.candidates, *others), self.rounds, others)
         return Round(base, [], [found])
 
     def _filter_is_useless(self, step: Round, hypothesis: FittedHypothesis) -> bool:
@@ -125,10 +126,6 @@ class Problem(NamedTuple):
         """Candidates that a set does not hold and that may stand in it, in the place of one that goes `out` if any."""
         rest = set(hypothesis.names) - ({out.name} if out else set())
         return [c for c in self.candidates if c.name not in hypothesis.names and c.may_stand_beside(rest)]
-
-    def without(self, names: Collection[str]) -> "Problem":
-        """The same without candidates of these names."""
-        return self._replace(candidates=[c for c in self.candidates if c.name not in names])
 
     def shortened(self, instants: int) -> "Problem":
         """The same with the beginnings of the recordings, as many instants as asked for or a few more."""

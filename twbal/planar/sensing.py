@@ -8,7 +8,7 @@ from twbal.core.compiled import kernel, rarely
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
-from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear, unseen_turn
+from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState
@@ -65,7 +65,7 @@ def see(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, row: int,
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 
-_unseen_turn, _beyond_linear = kernel()(unseen_turn), kernel()(beyond_linear)
+_beyond_linear = kernel()(beyond_linear)
 
 
 @kernel(is_inlined=True)
@@ -78,9 +78,6 @@ def _felt(k: Constants, s: PlanarState, faster_tilt: float) -> PitchMotion:
 def fuse(k: Constants, before: PlanarState, s: PlanarState, period: float, imu: Array, row: int) -> None:
     """Add what a filter of the tilt makes of a control period beyond what is linear; see `TiltFilter`.
 
-    The filter of an IMU that is late adds up late readings of the gyro. So what their sum does not see is that of a
-    late period; it is in all that the filter has shown since.
-
     Args:
         k: constants of the planar model, with a filter of the tilt.
         before: state at the beginning of the period.
@@ -91,40 +88,8 @@ def fuse(k: Constants, before: PlanarState, s: PlanarState, period: float, imu: 
     """
     first, last = _felt(k, before, 0.0), _felt(k, s, s.tilt_rate - before.tilt_rate)
     highest = HIGHEST * k.radius
-    late = k.imu_delay / k.step
-    unseen = _unseen_turn(period, first, last) if late == 0.0 else _late_turn(k, period, imu, row)
-    change = _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last, unseen)
-    if rarely(late > 0.0):
-        for back in range(1, min(floor(late) + 2, len(imu) - 1)):
-            imu[row - back, 2] -= change
-            imu[row - back, 0] += change
-    imu[row, 2] -= change
+    imu[row, 2] -= _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last)
     imu[row, 0] = filtered_tilt(k, s, imu[row, 2])
-
-
-@kernel()
-def _late_turn(k: Constants, period: float, imu: Array, row: int) -> float:
-    """As `unseen_turn`, of a period that ended when an IMU that is late has last seen the robot [rad].
-
-    Args:
-        k: constants of the planar model, with an IMU that is late.
-        period: control period [s].
-        imu: as of `read_sensors`.
-        row: of the ring, which is of now.
-    """
-    steps = round(period / k.step)
-    back = k.imu_delay / k.step
-    whole = floor(back)
-    share = back - whole
-    if whole + steps + 2 > len(imu):
-        return 0.0
-    first = (1.0 - share) * imu[row - whole - steps, 1] + share * imu[row - whole - steps - 1, 1]
-    last = (1.0 - share) * imu[row - whole, 1] + share * imu[row - whole - 1, 1]
-    turned = 0.0
-    for i in range(steps):
-        turned += (1.0 - share) * imu[row - whole - i, 1] + share * imu[row - whole - i - 1, 1]
-    turned -= 0.5 * (last - first)  # angles run ahead of rates by half a physics step
-    return float(0.5 * period * (first + last) - k.step * turned)
 
 
 @kernel(is_inlined=True)

@@ -19,7 +19,7 @@ from twbal.planar.parameters import PlanarParameters, linear_part
 from twbal.planar.planar_plant import hold
 from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.planar.sensing import imu_settled, sensor_slopes
-from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, UNSENSED, NoiseModel
+from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, SLOWEST_FILTER, UNSENSED, NoiseModel
 
 _INSTANTS = 50  # after which gains have settled
 _SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
@@ -55,8 +55,10 @@ class LinearPlanarModel(NamedTuple):
             filter_rate: of the complementary filter that the tilt comes from; 0: it comes from none [1/s].
         """
         times, summed = DISCREPANCY_TIMES.copy(), 0.0
+        if filter_rate > SLOWEST_FILTER:
+            times[2] = 1.0 / filter_rate
         if filter_rate > 0.0:
-            times[2], summed = 1.0 / filter_rate, period
+            summed = period
         states = 8 + LASTING
         F, C, B = np.zeros((states, states)), np.zeros((4, states)), np.zeros((states, 2))
         stays = np.exp(-1.0 / (steps - 1.0)) if steps > 1.0 else 0.0

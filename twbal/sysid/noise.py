@@ -22,6 +22,11 @@ DISCREPANCY_TIMES = np.array([0.2, 0.2, 1.0])
 Friction of another form changes with the motion, within tenths of a second; a filter of the tilt is slower. Where the
 model has that filter, its error decays as the filter does.
 """
+SLOWEST_FILTER = 0.1
+"""Rate of a filter of the tilt below which its error decays as that of a tilt without a filter [1/s].
+
+Else the time for which the error lasts would jump at a rate of 0, where many fits end, from no end to a second.
+"""
 BIAS_TIME = 10.0
 """Time constant of the gyro's bias [s]: what is constant for longer is an effect, `gyro_bias`."""
 LASTING = 6

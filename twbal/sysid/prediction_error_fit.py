@@ -1,6 +1,6 @@
 """Prediction-error fits: the values under which the recordings are likeliest, with a prior on some of them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -106,82 +106,30 @@ def descend(
         iterations: at most; none where predictions diverge. The cost is infinite where they do at `model`.
         known: slopes by the first of them, (N, K), which are taken to be the same everywhere; None: all are computed.
     """
-
-    def at(moved: Model, x: Array) -> Fit:
-        white = data.white(moved, kalman)
-        return Fit(moved, tuple(free_parameters), _cost(white, free_parameters, x), kalman, white)
-
-    def derivatives(fit: Fit) -> tuple[Array, Array]:
-        J = slopes(data, fit.model, kalman, free_parameters[0 if known is None else known.shape[1] :], fit.white)
-        return J if known is None else np.hstack([known, J]), np.zeros(len(free_parameters))
-
-    return _levenberg_marquardt(model, at, derivatives, free_parameters, iterations)
-
-
-def descend_with_filter(data: Data, model: Model, free_parameters: Sequence[FreeParameter], iterations: int) -> Fit:
-    """As `descend`, but that the filter of each step is that of its values, and so are slopes and costs.
-
-    By the filter of the beginning alone, a third of the fits to a robot whose model leaves much unexplained ended where
-    their own filter did worse than where they began.
-    """
-
-    def at(moved: Model, x: Array) -> Fit:
-        kalman = data.filter(moved)
-        white = data.white(moved, kalman)
-        cost = _cost(white, free_parameters, x) + _log_determinants(data, kalman) + data.penalty(moved)
-        return Fit(moved, tuple(free_parameters), cost if np.isfinite(cost) else np.inf, kalman, white)
-
-    def derivatives(fit: Fit) -> tuple[Array, Array]:
-        J, of_determinants = slopes_of(data, fit), np.zeros(len(free_parameters))
-        level = _log_determinants(data, fit.kalman)
-        for i, free in enumerate(free_parameters):
-            if not isinstance(free.field, LogOffset):
-                value = fit.model.value(free.field)
-                nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
-                moved = fit.model.put({free.field: value + nudge})
-                kalman = data.filter(moved)
-                J[:, i] = (data.white(moved, kalman) - fit.white) / nudge
-                of_determinants[i] = (_log_determinants(data, kalman) - level) / nudge
-        return J, of_determinants
-
-    return _levenberg_marquardt(model, at, derivatives, free_parameters, iterations)
-
-
-def _levenberg_marquardt(
-    model: Model,
-    at: Callable[[Model, Array], Fit],
-    derivatives: Callable[[Fit], tuple[Array, Array]],
-    free_parameters: Sequence[FreeParameter],
-    iterations: int,
-) -> Fit:
-    """The search of `descend`.
-
-    Args:
-        model: where it begins.
-        at: the fit that a model with values (P,) of what is free makes.
-        derivatives: of a fit's whitened errors (N, P), and of what its cost has beside their squares and the prior (P,).
-        free_parameters: what is free.
-        iterations: at most.
-    """
     sds = np.array([free.sd for free in free_parameters])
     means = np.array([free.mean for free in free_parameters])
     low, high = np.array([free.low for free in free_parameters]), np.array([free.high for free in free_parameters])
     names = [free.field for free in free_parameters]
     x = np.clip([model.value(name) for name in names], low, high)
-    best = at(model.put(dict(zip(names, x.tolist(), strict=True))), x)
-    damping = _FIRST_DAMPING
+    model = model.put(dict(zip(names, x.tolist(), strict=True)))
+    white = data.white(model, kalman)
+    best = _cost(white, free_parameters, x)
+    damping, begin = _FIRST_DAMPING, 0 if known is None else known.shape[1]
     for _ in range(iterations):
-        J, others = derivatives(best)
+        J = slopes(data, model, kalman, free_parameters[begin:], white)
+        J = J if known is None else np.hstack([known, J])
         if not np.isfinite(J).all():  # predictions diverge, here or a nudge from here
             break
         H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
-        gradient = J.T @ best.white + 0.5 * others + (x - means) / sds**2
+        gradient = J.T @ white + (x - means) / sds**2
         gained = 0.0
         while damping < _LAST_DAMPING:
             trial = _step(x, gradient, H, damping, low, high)
-            after = at(best.model.put(dict(zip(names, trial.tolist(), strict=True))), trial)
-            if after.cost < best.cost:
-                gained, best, x = best.cost - after.cost, after, trial
+            moved = model.put(dict(zip(names, trial.tolist(), strict=True)))
+            after = data.white(moved, kalman)
+            value = _cost(after, free_parameters, trial)
+            if value < best:
+                gained, best, x, model, white = best - value, value, trial, moved, after
                 damping = max(0.01 * damping, _FIRST_DAMPING)
                 break
             damping *= 100.0
@@ -189,7 +137,7 @@ def _levenberg_marquardt(
                 break
         if gained < _SETTLED:
             break
-    return best
+    return Fit(model, tuple(free_parameters), best, kalman, white)
 
 
 def _cost(white: Array, free_parameters: Sequence[FreeParameter], x: Array) -> float:
@@ -228,14 +176,26 @@ def refit(
         iterations: of each fit, at most.
         noise_iterations: of each fit of the noise, at most.
     """
-    best = descend_with_filter(data, model, free_parameters, iterations)
+    best = _by_own_filter(data, descend(data, model, data.filter(model), free_parameters, iterations))
     for number in range(rounds):
-        begin = _likelier_noise(data, best, noise_iterations, afresh=number == 0)
-        found = descend_with_filter(data, begin, free_parameters, iterations)
-        gained, best = best.cost - found.cost, found
+        begin, kalman = _likelier_noise(data, best, noise_iterations, afresh=number == 0)
+        found = _by_own_filter(data, descend(data, begin, kalman, free_parameters, iterations))
+        if found.cost > best.cost:  # the noise alone has made it likelier, if anything has
+            found = _by_own_filter(data, best._replace(model=begin))
+        gained, best = best.cost - found.cost, min(found, best, key=lambda each: each.cost)
         if gained < _CONVERGED:
             break
     return best
+
+
+def _by_own_filter(data: Data, fit: Fit) -> Fit:
+    """The fit with the filter of its values, and a cost that can be compared with those of other filters."""
+    kalman = data.filter(fit.model)
+    white = data.white(fit.model, kalman)
+    value = _cost(white, fit.free_parameters, fit.values)
+    return fit._replace(
+        kalman=kalman, white=white, cost=value + _log_determinants(data, kalman) + data.penalty(fit.model)
+    )
 
 
 def _log_determinants(data: Data, kalman: Filter) -> float:
@@ -245,8 +205,8 @@ def _log_determinants(data: Data, kalman: Filter) -> float:
     return float(sum(kalman.log_determinants[row].sum() for row in rows))
 
 
-def _likelier_noise(data: Data, fit: Fit, iterations: int, afresh: bool) -> Model:
-    """The model of a fit with other noise, under which its recordings are likelier.
+def _likelier_noise(data: Data, fit: Fit, iterations: int, afresh: bool) -> tuple[Model, Filter]:
+    """The model of a fit with other noise, and the filter of it, under which its recordings are likelier.
 
     The noise is fitted with the linear model. Where the true one slips or knocks, that foretells gains that are none:
     then the levels go only a part of the way, or stay.
@@ -261,6 +221,9 @@ def _likelier_noise(data: Data, fit: Fit, iterations: int, afresh: bool) -> Mode
     for share in _NOISE_STEPS:
         levels = [before ** (1.0 - share) * after**share for before, after in zip(old, new, strict=True)]
         model = fit.model._replace(noise=NoiseModel(*levels))
-        if descend_with_filter(data, model, fit.free_parameters, 0).cost < fit.cost:
-            return model
-    return fit.model
+        kalman = data.filter(model)
+        white = data.white(model, kalman)
+        value = float(white @ white) + penalty(fit.free_parameters, fit.values) + _log_determinants(data, kalman)
+        if value + data.penalty(model) < fit.cost:
+            return model, kalman
+    return fit.model, fit.kalman

@@ -1,4 +1,4 @@
-"""When a filter of the tilt is fitted, and from where: an error of the tilt may hide it."""
+"""Where fits of a filter of the tilt begin: one optimum of the likelihood hides another one."""
 
 from dataclasses import replace
 
@@ -9,12 +9,14 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.hypothesis import Round, add_one, fit_hypothesis, with_usual_filter
+from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
+from twbal.diagnosis.hypothesis import Round, add_one, fit_from_all, fit_hypothesis
 from twbal.diagnosis.name import first_noise
 from twbal.diagnosis.problem import Problem
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import LASTING
 
 TOLERANCES = Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0)
 RATE = 3.0
@@ -45,21 +47,30 @@ def rubbing(paper):
     return begun_with(paper, viscous_friction={"coefficient": 0.3})
 
 
-def test_a_filter_begins_as_filters_are_and_all_else_where_it_was(begun, known):
+def test_a_set_without_a_filter_begins_where_it_did(begun, known):
     data, model = begun
-    assert with_usual_filter(model, [known["com_offset"]], data.period) is model
-    usual = with_usual_filter(model, [known["com_offset"], known["tilt_filter"]], data.period)
-    assert usual == model.put({"tilt_filter_rate": 0.5, "tilt_filter_lead": 0.5 * data.period})
+    assert filter_starts(model, [known["com_offset"]], data.period) == []
 
 
-@pytest.mark.parametrize("rate", [0.02, 0.5, 4.0])
-def test_the_filter_is_found_from_any_rate_where_an_error_of_the_tilt_hides_it(begun, known, rate):
+def test_a_filter_begins_at_several_rates_and_with_little_else_that_lasts(begun, known):
     data, model = begun
+    starts = filter_starts(model, [known["com_offset"], known["tilt_filter"]], data.period)
+    assert [start.planar.tilt_filter_rate for start in starts] == [1.0, 4.0]
+    assert {start.planar.tilt_filter_lead for start in starts} == {0.5 * data.period}
+    assert all(start.noise.discrepancy[2] < 0.2 * model.noise.discrepancy[2] for start in starts)
+    assert not has_lasting_tilt_error(model._replace(noise=model.noise._replace(discrepancy=np.zeros(LASTING))))
+
+
+def test_the_filter_is_found_where_an_error_of_the_tilt_hides_it(begun, known, paper):
+    data, model = begun
+    assert has_lasting_tilt_error(model)
     always = always_free(TOLERANCES, model.planar, 1)
-    begin = model.put({"tilt_filter_rate": rate, "tilt_filter_lead": 0.0})
-    found = fit_hypothesis(data, begin, always, [known["tilt_filter"]], 8)
-    assert found.fit.model.planar.tilt_filter_rate == pytest.approx(RATE, rel=0.1)
-    assert found.fit.model.planar.tilt_filter_lead == pytest.approx(0.006, abs=0.003)
+    candidate = known["tilt_filter"]
+    slow = model.put({"tilt_filter_rate": 0.02, "tilt_filter_lead": 0.0})
+    several = fit_from_all(data, slow, always, [candidate], 6, [candidate])
+    assert several.bic <= fit_hypothesis(data, slow, always, [candidate], 6).bic
+    assert several.fit.model.planar.tilt_filter_rate == pytest.approx(RATE, rel=0.1)
+    assert several.fit.model.planar.tilt_filter_lead == pytest.approx(0.006, abs=0.003)
 
 
 def test_it_is_fitted_beside_others_that_promise_more(rubbing, known):
