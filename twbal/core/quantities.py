@@ -10,8 +10,8 @@ class Quantity(IntEnum):
     """A number of a robot; in lower case, its name in `RobotParameters`, `Frame`, `DriveTrain` or `Ground`.
 
     The physics engine alone has body_inertia_roll, body_inertia_yaw, wheel_inertia (of the wheels' links) and
-    imbalance. The planar model alone has those from turn_inertia to slew_rate, in their place and in that of code that
-    effects have for the engine.
+    imbalance. The planar model alone has those from turn_inertia to slew_rate but for geared_share, in their place and
+    in that of code that effects have for the engine.
     """
 
     BODY_MASS = 0
