@@ -235,8 +235,8 @@ def test_tyres_that_creep_are_those_of_the_brush_model(paper, most, share):
     def motion(t, z):
         tilt, tilt_rate, speed, wheel_rate = z
         sliding = (r * wheel_rate - speed) / creep  # rises to 1, from which on all of the contact slides
-        share = np.sign(sliding) * (1.0 - (1.0 - min(abs(sliding), 1.0)) ** 3)
-        traction = friction * share * total * GRAVITY
+        gripped = np.sign(sliding) * (1.0 - (1.0 - min(abs(sliding), 1.0)) ** 3)
+        traction = friction * gripped * total * GRAVITY
         tied = m * l * np.cos(tilt)
         mass = np.array([[total, tied, 0.0], [tied, pitch, -g], [0.0, -g, spin]])
         on_axle, on_body = m * l * np.sin(tilt) * tilt_rate**2, m * GRAVITY * l * np.sin(tilt)

@@ -34,6 +34,16 @@ def joint_mobility(robot: RobotParameters) -> float:
     return (a + 2 * b + c) / (a * c - b**2)
 
 
+def geared_mobilities(robot: RobotParameters, rotors: float) -> tuple[float, float]:
+    """Rates that wheels and body gain per impulse between them [1/(kg·m²)]; `joint_mobility` is their difference.
+
+    Geared rotors, whose inertia [kg·m²] is in that of the wheels, turn with the wheels relative to the body.
+    """
+    a, b, c = inertias(robot)
+    b, c = b - rotors, c + rotors
+    return (c + b) / (a * c - b**2), -(a + b) / (a * c - b**2)
+
+
 def leaning_acceleration(robot: RobotParameters, lean: float) -> float:
     """Forward acceleration at which the body keeps a lean [rad], without friction [m/s²].
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import pi
 
 from twbal.core.engine import RobotMotion
-from twbal.core.mobility import inertias, joint_mobility, wheel_mobility
+from twbal.core.mobility import geared_mobilities, joint_mobility, wheel_mobility
 from twbal.core.robot_model import UNBOUNDED, RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.sim.presliding import Bristles
@@ -42,7 +42,7 @@ class Gears:
             replace(whole, wheel_inertia=whole.wheel_inertia - share * robot.wheel_inertia) if loose else whole
         )
         self.geared = 2 * (whole.wheel_inertia - robot.wheel_inertia)
-        self._torque_gains = _accelerations(whole, self.geared) if model.ground.grip == UNBOUNDED else (0.0, 0.0)
+        self._torque_gains = geared_mobilities(whole, self.geared) if model.ground.grip == UNBOUNDED else (0.0, 0.0)
         self.friction_changes = drive.breakaway > 0
         self._drive = drive
         angle = drive.presliding if drive.dry_friction(0.0) else 0.0
@@ -151,10 +151,3 @@ class Gears:
         push = self._stiffness * beyond + self._damping * faster
         push /= 1 + h * apart_by * (self._until * self._stiffness + self._damping)
         return push if push * beyond > 0.0 else 0.0
-
-
-def _accelerations(robot: RobotParameters, geared: float) -> tuple[float, float]:
-    """Of the wheels and of the upright body, by a torque between them [1/(kg·m²)]; with rotors of so much inertia."""
-    a, b, c = inertias(robot)
-    b, c = b - geared, c + geared
-    return (c + b) / (a * c - b**2), -(a + b) / (a * c - b**2)

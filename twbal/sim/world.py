@@ -57,8 +57,8 @@ class World(Engine):
         ground = client.createMultiBody(0, client.createCollisionShape(pybullet.GEOM_PLANE))
         client.changeDynamics(ground, -1, lateralFriction=1)
         part, robot = swinging_part(model), self._gears.robot
-        whole = without_part(robot, part) if part else robot
-        self._robot = BulletRobot(client, whole, model, part, self._gears.geared)
+        rigid = without_part(robot, part) if part else robot
+        self._robot = BulletRobot(client, rigid, model, part, self._gears.geared)
         if self._surroundings.creeps:
             self._robot.let_slip()
         self._is_rigid = part is None
