@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import ceil, isfinite, sqrt
+from math import isfinite, sqrt
 from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
@@ -129,9 +129,7 @@ class Problem(NamedTuple):
 
     def shortened(self, instants: int) -> "Problem":
         """The same with the beginnings of the recordings, as many instants as asked for or a few more."""
-        share = min(instants / self.data.count, 1.0)
-        parts = [recording.part(0, ceil(share * len(recording))) for recording in self.data.recordings]
-        return self._replace(data=replace(self.data, recordings=parts))
+        return self._replace(data=self.data.shortened(instants))
 
     def hastier(self, shortlist: int, rounds: int) -> "Problem":
         """The same with so many candidates fitted in full, by so many rounds of values and noise in turn."""

@@ -4,7 +4,6 @@ The noise and the filter stay those of the model so far; a few steps are fitted 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
+from twbal.diagnosis.place_search import likeliest_of_many
 from twbal.diagnosis.wave_search import likeliest_wave
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.normal_equations import inverse_of
@@ -169,46 +169,13 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         cost = float(np.nan_to_num(np.sum(data.white(jointly, fit.kalman) ** 2), nan=np.inf))
         model = jointly if cost + moved - shift < best else model
     if candidate.tried_at:
-        tried, least = _likeliest_of_many(data, fit, candidate)
+        tried, least = likeliest_of_many(data, fit, candidate)
         gain = max(gain, freed + float(fit.white @ fit.white) - least)
         model = tried if least < best else model
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
     return ScoredCandidate(candidate, gain, model, detectable, freed + joint_gain)
-
-
-def _likeliest_of_many(data: Data, fit: Fit, candidate: Candidate) -> tuple[Model, float]:
-    """The likeliest of a model with the values at which a candidate is tried, and its squared errors.
-
-    After these, values halfway from the likeliest to those beside it are tried.
-    """
-    known = {p.name: candidate.field(p) for p in candidate.parameters}
-    others = {candidate.field(p): p.none for p in candidate.parameters}
-    fields = [known[name] for name, _ in candidate.tried_at]
-    places = [values for _, values in candidate.tried_at]
-    first = min(_tried(data, fit, others, fields, places), key=lambda each: each[0])
-    nearer = [_halfway(fitted, values) for fitted, values in zip(first[1], places, strict=True)]
-    least, values = min([first, *_tried(data, fit, others, fields, nearer)], key=lambda each: each[0])
-    return fit.model.put({**others, **dict(zip(fields, values, strict=True))}), least
-
-
-def _tried(
-    data: Data, fit: Fit, others: Mapping[str, float], fields: Sequence[str], places: Sequence[tuple[float, ...]]
-) -> list[tuple[float, tuple[float, ...]]]:
-    """Squared errors of a model with values in these fields, all with all; infinite where predictions diverge."""
-    found = []
-    for values in product(*places):
-        tried = fit.model.put({**others, **dict(zip(fields, values, strict=True))})
-        cost = float(np.sum(data.white(tried, fit.kalman) ** 2))
-        found.append((cost if np.isfinite(cost) else np.inf, values))
-    return found
-
-
-def _halfway(value: float, among: Sequence[float]) -> tuple[float, ...]:
-    """A value, and those halfway to the ones beside it."""
-    place = among.index(value)
-    return (value, *(0.5 * (value + other) for other in among[max(place - 1, 0) : place + 2] if other != value))
 
 
 def _less(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:

@@ -1,5 +1,7 @@
 """One physics step of the planar model whose wheels roll; the equations are those of `twbal.planar.motion`."""
 
+from math import ceil
+
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, is_settled, joint_bound
@@ -8,36 +10,49 @@ from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
 
+CONTACT_STEP = 0.00025
+"""Step in which gears that bend move, at most [s]."""
+
 
 @kernel(is_inlined=True)
-def _engage(k: Constants, ahead: float, faster: float, so_far: float, mobility: float) -> float:
-    """Change of the impulse between rotors and wheels, which keeps the rotors within the gap [N·m·s].
+def _engage(k: Constants, ahead: float, before: float, free: float, mobility: float) -> tuple[float, float]:
+    """Impulse between rotors and wheels in a step [N·m·s], and how far ahead of the wheels the rotors are at its end.
 
-    Gears that bend are a spring and a damper that push and never pull. The damper acts as at the step's end. The spring
-    acts as it is half through the step; where it rings in less than a few steps, as at their end, which is stable and
-    leads to the plastic impact of rigid gears. A step in which the spring acts as it will be damps by itself, like a
-    damper of the stiffness times the time until then. The damper is taken to be weaker by that, but no less than none.
+    Rigid gears keep the rotors within the gap. Gears that bend are a spring and a damper that push and never pull.
+    They ring in a few milliseconds, so they move in shorter steps. There the damper acts as at the step's end. The
+    spring acts as it is half through the step; where it rings in less than a few steps, as at their end, which is
+    stable and leads to the plastic impact of rigid gears. A step in which the spring acts as it will be damps by
+    itself, like a damper of the stiffness times the time until then. The damper is taken to be weaker by that, but no
+    less than none.
 
     Args:
         k: constants of the planar model.
         ahead: of the wheels are the rotors, at the step's start [rad].
-        faster: than the wheels are they, with the impulse [rad/s].
-        so_far: the impulse of the rounds before [N·m·s].
+        before: by how much faster than the wheels they are there [rad/s].
+        free: the same at the step's end, without the impulse; it changes evenly in between.
         mobility: rate that the wheels gain per impulse [1/(kg·m²)].
     """
     apart_by = mobility + 1.0 / k.play.rotors  # what an impulse between rotors and wheels adds to their difference
-    free = faster + apart_by * so_far
+    half = 0.5 * k.play.gap
     if rarely(k.play.stiffness > 0.0):
-        turned = k.step * k.step * k.play.stiffness / k.play.rotors  # square of the phase by which they ring in a step
-        until = k.step * (1.0 - 2.0 / (4.0 + turned))
-        beyond = ahead + until * free
-        beyond -= cut(beyond, 0.5 * k.play.gap)
+        parts = max(ceil(k.step / CONTACT_STEP - 1e-9), 1)
+        h, gained, faster, impulse = k.step / parts, (free - before) / parts, before, 0.0
+        turned = h * h * k.play.stiffness / k.play.rotors  # square of the phase by which they ring in a step
+        until = h * (1.0 - 2.0 / (4.0 + turned))
         damping = max(k.play.damping - until * k.play.stiffness, 0.0)
-        push = k.step * (k.play.stiffness * beyond + damping * free)
-        push /= 1.0 + k.step * apart_by * (until * k.play.stiffness + damping)
-        return (push if push * beyond > 0.0 else 0.0) - so_far
-    wanted = cut(ahead + k.step * faster + k.step * apart_by * so_far, 0.5 * k.play.gap)
-    return (free - (wanted - ahead) / k.step) / apart_by - so_far
+        yielding = 1.0 + h * apart_by * (until * k.play.stiffness + damping)
+        for _ in range(parts):
+            faster += gained
+            beyond = ahead + until * faster
+            beyond -= cut(beyond, half)
+            push = h * (k.play.stiffness * beyond + damping * faster) / yielding
+            if push * beyond > 0.0:
+                impulse += push
+                faster -= apart_by * push
+            ahead += h * faster
+        return impulse, ahead
+    wanted = cut(ahead + k.step * free, half)
+    return (free - (wanted - ahead) / k.step) / apart_by, wanted
 
 
 @kernel(is_inlined=True)
@@ -65,7 +80,7 @@ def roll(
     on_body = f.on_body - torque
     wheel_speed = s.wheel_speed + h * (w * on_wheels + v * on_body)
     tilt_rate = s.tilt_rate + h * (v * on_wheels + q * on_body)
-    rotor_speed = s.rotor_speed + h * torque / k.play.rotors if loose else wheel_speed
+    rotor_speed, ahead = s.rotor_speed + h * torque / k.play.rotors if loose else wheel_speed, 0.0
 
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
@@ -78,8 +93,10 @@ def roll(
         for _ in range(1 if (joint > 0.0) + (ground > 0.0) + loose == 1 else SWEEPS):
             before = contact, rolling, rubbing
             if rarely(loose):
-                change = _engage(k, s.rotor - s.wheel, rotor_speed - wheel_speed, contact, w)
-                contact += change
+                free = rotor_speed - wheel_speed + (w + 1.0 / k.play.rotors) * contact
+                pushed, ahead = _engage(k, s.rotor - s.wheel, s.rotor_speed - s.wheel_speed, free, w)
+                change = pushed - contact
+                contact = pushed
                 rotor_speed -= change / k.play.rotors
                 wheel_speed += w * change
                 tilt_rate += v * change
@@ -99,7 +116,7 @@ def roll(
     sway, sway_rate = swung(k, s, f, k.radius * (wheel_speed - s.wheel_speed), tilt_rate - s.tilt_rate)
     joints, wheels = torques(k, in_joints, wheel_speed - tilt_rate), torques(k, on_ground, wheel_speed)
     return PlanarState(
-        s.tilt + h * tilt_rate, wheel, tilt_rate, wheel_speed, s.torque, s.rotor + h * rotor_speed if loose else wheel,
+        s.tilt + h * tilt_rate, wheel, tilt_rate, wheel_speed, s.torque, wheel + ahead,
         rotor_speed if loose else wheel_speed, 0.0, s.position + way, s.driver_torque, sway, sway_rate,
         s.x + way * turning.cosine, s.y + way * turning.sine, *joints, *wheels,
     )  # fmt: skip

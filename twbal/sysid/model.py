@@ -1,8 +1,9 @@
 """A model of the recordings: the planar model with values for what is free, and what it leaves of the data."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -221,6 +222,11 @@ class Data:
     def count(self) -> int:
         """Instants that count."""
         return int(sum(recording.usable[1:].sum() for recording in self.recordings))
+
+    def shortened(self, instants: int) -> "Data":
+        """The beginnings of the recordings, as many instants as asked for or a few more."""
+        share = min(instants / self.count, 1.0)
+        return replace(self, recordings=[each.part(0, ceil(share * len(each))) for each in self.recordings])
 
     def linear(self, model: Model) -> LinearPlanarModel:
         """The linear model of a model, with a model discrepancy where its noise has one."""
