@@ -10,6 +10,7 @@ from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
+from twbal.diagnosis.place_search import improved
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
 from twbal.planar.robot_distribution import TILT_FILTER
@@ -17,6 +18,7 @@ from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, refit
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12  # of values and of noise, in each round; fewer end in other optima
+_IMPROVED = 2  # fits of a candidate that is tried at many places, each from likelier values than the last one
 FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
 _CLOSE, _NEAR = 0.5, 50.0  # share of the best gain, and -2 log likelihood, within which the noise is fitted, too
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
@@ -148,6 +150,8 @@ def fit_hypothesis(
     own = [free for candidate in candidates for free in candidate.free_parameters]
     free_parameters = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
+    for candidate in candidates if rounds else ():
+        fit = _improved(data, fit, candidate, rounds) if candidate.tried_at else fit
     kalman = data.filter(fit.model)
     errors = data.errors(fit.model, kalman)
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
@@ -159,6 +163,19 @@ def fit_hypothesis(
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 
 
+def _improved(data: Data, fit: Fit, candidate: Candidate, rounds: int) -> Fit:
+    """The better of a fit and of those from likelier values of a candidate that is tried at many places."""
+    for _ in range(_IMPROVED):
+        better = improved(data, fit, candidate)
+        if better is None:
+            break
+        found = refit(data, better, fit.free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
+        if found.cost > fit.cost:
+            break
+        fit = found
+    return fit
+
+
 def fit_from_all(
     data: Data,
     model: Model,
@@ -166,9 +183,13 @@ def fit_from_all(
     candidates: Sequence[Candidate],
     rounds: int,
     added: Sequence[Candidate],
+    elsewhere: Sequence[Model] = (),
 ) -> FittedHypothesis:
-    """As `fit_hypothesis`, of a set to which candidates were `added`: the best of fits from all that these begin at."""
-    begins = [model, *filter_starts(model, added, data.period)]
+    """As `fit_hypothesis`, of a set to which candidates were `added`: the best of fits from all that these begin at.
+
+    Models `elsewhere` are further ones from which to begin.
+    """
+    begins = [model, *filter_starts(model, added, data.period), *elsewhere]
     return min((fit_hypothesis(data, each, always, candidates, rounds) for each in begins), key=lambda w: w.bic)
 
 
@@ -222,11 +243,14 @@ def add_one(
     if not filter_is_tried and may_hide_a_filter(data, base):
         chosen += [s for s in screened if s.candidate.name == TILT_FILTER and s not in chosen]
     light = in_threads(lambda s: fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0), chosen)
+    elsewhere = {s.candidate.name: s.elsewhere for s in chosen}
     best = min((w.bic for w in light), default=0.0)
     close = best + max(_CLOSE * (base.bic - best), _NEAR)
     hypotheses = in_threads(
         lambda w: (
-            fit_from_all(data, w.fit.model, always, w.candidates, rounds, w.candidates[-1:])
+            fit_from_all(
+                data, w.fit.model, always, w.candidates, rounds, w.candidates[-1:], elsewhere[w.candidates[-1].name]
+            )
             if w.bic <= close or w.candidates[-1].name == TILT_FILTER
             else w
         ),

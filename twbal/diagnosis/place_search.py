@@ -5,62 +5,121 @@ that was recorded. It needs no slopes, which say little where impacts come and g
 method for function minimization, The Computer Journal 7 (4), 1965, 308-313.)
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize
 
 from twbal.core.gaussian import Array
-from twbal.diagnosis.candidates import Candidate
-from twbal.sysid.model import Data, Field, Model
-from twbal.sysid.prediction_error_fit import Fit
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
+from twbal.sysid.kalman import Filter
+from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.prediction_error_fit import Fit, penalty
 
 _SECONDS = 10.0  # of the recordings' beginnings, in which all places are tried
-_IMPROVED, _EVALUATIONS = 4, 60  # places from which simplex searches begin, and models that each of them tries
-_SIDE = 0.15  # of the first simplex, over the values
+_SEARCHES, _EVALUATIONS = 4, 60  # simplex searches, and models that each of them tries
+_FIRST, _LATER = 0.15, 0.05  # side of the first simplex, over the values: of a place, and of values that were fitted
 _SETTLED = 0.5  # gain in -2 log likelihood below which a search is done
+_APART = 0.1  # share of its size by which an effect differs between two peaks
 _DIVERGED = 1e12
 
 
-def likeliest_of_many(data: Data, fit: Fit, candidate: Candidate) -> tuple[Model, float]:
-    """The likeliest model with a candidate that is tried at many places, and its squared errors.
+class Peak(NamedTuple):
+    """Where a search ended.
+
+    Attributes:
+        model: with the candidate.
+        cost: its squared errors.
+    """
+
+    model: Model
+    cost: float
+
+
+def likeliest_of_many(data: Data, fit: Fit, candidate: Candidate) -> list[Peak]:
+    """The likeliest models with a candidate that is tried at many places, the best first.
 
     Args:
         data: recordings.
         fit: the model so far; its filter serves all.
         candidate: with values at which it is tried (`Candidate.tried_at`).
     """
-    known = {p.name: p for p in candidate.parameters}
-    fields = [candidate.field(known[name]) for name, _ in candidate.tried_at]
-    least = np.array([known[name].low for name, _ in candidate.tried_at])
-    most = np.array([known[name].high for name, _ in candidate.tried_at])
     none = {candidate.field(p): p.none for p in candidate.parameters}
-    part = data.shortened(round(_SECONDS / data.period))
-    screened = partial(_squared_errors, part, fit, none, fields)
+    begin = fit.model.put(none)
     places = [np.array(values) for values in product(*(values for _, values in candidate.tried_at))]
-    costs = np.array([screened(place) for place in places])
-    best = np.argsort(costs, kind="stable")[:_IMPROVED]
-    none_at_all = screened(np.array([none[field] for field in fields]))
-    worth = [i for i in best if costs[i] < none_at_all] or [best[0]]
-    cost = partial(_squared_errors, data, fit, none, fields)
-    found = min((_uphill(cost, places[i], least, most) for i in worth), key=lambda each: each[1])
-    return fit.model.put({**none, **dict(zip(fields, found[0].tolist(), strict=True))}), found[1]
+    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, fit.kalman, (), candidate)
+    costs = np.array([part.cost(place) for place in places])
+    best = np.argsort(costs, kind="stable")[:_SEARCHES]
+    without = part.cost(np.array([p.none for p in _searched(candidate)]))
+    worth = [i for i in best if costs[i] < without] or [best[0]]
+    search = _Search(data, begin, fit.kalman, (), candidate)
+    found = sorted((search.uphill(places[i], _FIRST) for i in worth), key=lambda peak: peak.cost)
+    size = candidate.field(candidate.parameters[0])
+    peaks = list[Peak]()
+    for peak in found:
+        here = peak.model.value(size)
+        if all(abs(here - other.model.value(size)) > _APART * abs(here) for other in peaks):
+            peaks.append(peak)
+    return peaks
 
 
-def _squared_errors(data: Data, fit: Fit, none: Mapping[Field, float], fields: Sequence[Field], values: Array) -> float:
-    """Whitened errors, squared and summed, of a model with values in these fields; huge where predictions diverge."""
-    tried = fit.model.put({**none, **dict(zip(fields, values.tolist(), strict=True))})
-    white = data.white(tried, fit.kalman)
-    cost = float(white @ white)
-    return cost if np.isfinite(cost) else _DIVERGED
+def improved(data: Data, fit: Fit, candidate: Candidate) -> Model | None:
+    """A likelier model than that of a fit with a candidate that is tried at many places; None where none is near.
+
+    Args:
+        data: recordings.
+        fit: in which the candidate's parameters are free.
+        candidate: with values at which it is tried.
+    """
+    search = _Search(data, fit.model, data.filter(fit.model), fit.free_parameters, candidate)
+    start = np.array([fit.model.value(candidate.field(p)) for p in _searched(candidate)])
+    found = search.uphill(start, _LATER)
+    return found.model if found.cost < search.cost(start) - _SETTLED else None
 
 
-def _uphill(cost: Callable[[Array], float], start: Array, least: Array, most: Array) -> tuple[Array, float]:
-    """Values within bounds where a simplex search ends, and their cost."""
-    simplex = np.vstack([start, start + _SIDE * np.diag(start)])
-    options: dict[str, Any] = {"initial_simplex": simplex, "maxfev": _EVALUATIONS, "xatol": 0.0, "fatol": _SETTLED}
-    found = minimize(cost, start, method="Nelder-Mead", bounds=list(zip(least, most, strict=True)), options=options)
-    return found.x, float(found.fun)
+def _searched(candidate: Candidate) -> list[CandidateParameter]:
+    """The parameters that are tried at many values, in the order of these."""
+    known = {p.name: p for p in candidate.parameters}
+    return [known[name] for name, _ in candidate.tried_at]
+
+
+@dataclass(frozen=True)
+class _Search:
+    """How likely a model with a candidate is, by the values of the candidate's parameters that are searched.
+
+    Attributes:
+        data: recordings.
+        model: all other values.
+        kalman: filter that serves all.
+        free_parameters: whose priors count.
+        candidate: with values at which it is tried.
+    """
+
+    data: Data
+    model: Model
+    kalman: Filter
+    free_parameters: Sequence[FreeParameter]
+    candidate: Candidate
+
+    def cost(self, values: Array) -> float:
+        """Whitened errors, squared and summed, and the prior's cost; huge where predictions diverge."""
+        tried = self._with(values)
+        white = self.data.white(tried, self.kalman)
+        prior = penalty(self.free_parameters, np.array([tried.value(free.field) for free in self.free_parameters]))
+        found = float(white @ white) + prior
+        return found if np.isfinite(found) else _DIVERGED
+
+    def uphill(self, start: Array, side: float) -> Peak:
+        """Where a simplex search ends that begins at some values, with a simplex as wide as a share of them."""
+        simplex = np.vstack([start, start + side * np.diag(start)])
+        bounds = [(p.low, p.high) for p in _searched(self.candidate)]
+        options: dict[str, Any] = {"initial_simplex": simplex, "maxfev": _EVALUATIONS, "xatol": 0.0, "fatol": _SETTLED}
+        found = minimize(self.cost, start, method="Nelder-Mead", bounds=bounds, options=options)
+        return Peak(self._with(found.x), float(found.fun))
+
+    def _with(self, values: Array) -> Model:
+        fields = [self.candidate.field(p) for p in _searched(self.candidate)]
+        return self.model.put(dict(zip(fields, values.tolist(), strict=True)))

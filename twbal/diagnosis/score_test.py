@@ -30,6 +30,7 @@ _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
 _BY_JOINT_GAIN = 6  # others that are fitted so, for their joint gain
+_ELSEWHERE = 2  # other peaks of a likelihood, at most
 _FREQUENCIES = 9  # frequencies at which a resonance is tried, evenly by ratio
 
 
@@ -43,6 +44,7 @@ class ScoredCandidate(NamedTuple):
         detectable: by size, as a share of its start values: gain in -2 log likelihood that the candidate would have
             brought, had it been there at that size.
         joint_gain: predicted to first order if the other free values were fitted with the candidate.
+        elsewhere: models at other peaks of the likelihood, from which a fit may begin as well.
     """
 
     candidate: Candidate
@@ -50,6 +52,7 @@ class ScoredCandidate(NamedTuple):
     model: Model
     detectable: Mapping[float, float]
     joint_gain: float = 0.0
+    elsewhere: tuple[Model, ...] = ()
 
 
 def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[ScoredCandidate]:
@@ -130,7 +133,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     best, gain, joint_gain = np.inf, -np.inf, 0.0
     jointly: Model | None = None
     detectable = dict[float, float]()
-    model = fit.model.put(now)
+    model, elsewhere = fit.model.put(now), tuple[Model, ...]()
 
     def power_of(change: Array) -> float:
         pull = frozen.T @ change
@@ -169,13 +172,14 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         cost = float(np.nan_to_num(np.sum(data.white(jointly, fit.kalman) ** 2), nan=np.inf))
         model = jointly if cost + moved - shift < best else model
     if candidate.tried_at:
-        tried, least = likeliest_of_many(data, fit, candidate)
-        gain = max(gain, freed + float(fit.white @ fit.white) - least)
-        model = tried if least < best else model
+        peaks = likeliest_of_many(data, fit, candidate)
+        gain = max(gain, freed + float(fit.white @ fit.white) - peaks[0].cost)
+        model = peaks[0].model if peaks[0].cost < best else model
+        elsewhere = tuple(peak.model for peak in peaks if peak.model is not model)[:_ELSEWHERE]
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
-    return ScoredCandidate(candidate, gain, model, detectable, freed + joint_gain)
+    return ScoredCandidate(candidate, gain, model, detectable, freed + joint_gain, elsewhere)
 
 
 def _less(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:
