@@ -150,8 +150,8 @@ def fit_hypothesis(
     own = [free for candidate in candidates for free in candidate.free_parameters]
     free_parameters = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
-    for candidate in candidates if rounds else ():
-        fit = _improved(data, fit, candidate, rounds) if candidate.tried_at else fit
+    if rounds and any(candidate.tried_at for candidate in candidates):
+        fit = _improved(data, fit, [each for each in candidates if not each.in_data_sheet], rounds)
     kalman = data.filter(fit.model)
     errors = data.errors(fit.model, kalman)
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
@@ -163,10 +163,10 @@ def fit_hypothesis(
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 
 
-def _improved(data: Data, fit: Fit, candidate: Candidate, rounds: int) -> Fit:
-    """The better of a fit and of those from likelier values of a candidate that is tried at many places."""
+def _improved(data: Data, fit: Fit, effects: Sequence[Candidate], rounds: int) -> Fit:
+    """The better of a fit and of those from likelier values of its effects, one of which is tried at many places."""
     for _ in range(_IMPROVED):
-        better = improved(data, fit, candidate)
+        better = improved(data, fit, effects)
         if better is None:
             break
         found = refit(data, better, fit.free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)

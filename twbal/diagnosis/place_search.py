@@ -16,12 +16,13 @@ from scipy.optimize import minimize
 from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, FreeParameter, Model
+from twbal.sysid.model import Data, Field, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, penalty
 
 _SECONDS = 10.0  # of the recordings' beginnings, in which all places are tried
-_SEARCHES, _EVALUATIONS = 4, 60  # simplex searches, and models that each of them tries
+_SEARCHES, _EVALUATIONS = 4, 15  # simplex searches, and models that each of them tries for each of its parameters
 _FIRST, _LATER = 0.15, 0.05  # side of the first simplex, over the values: of a place, and of values that were fitted
+_LEAST = 0.3  # of the usual size of a parameter, for which the first simplex is at least as wide as that
 _SETTLED = 0.5  # gain in -2 log likelihood below which a search is done
 _APART = 0.1  # share of its size by which an effect differs between two peaks
 _DIVERGED = 1e12
@@ -50,12 +51,12 @@ def likeliest_of_many(data: Data, fit: Fit, candidate: Candidate) -> list[Peak]:
     none = {candidate.field(p): p.none for p in candidate.parameters}
     begin = fit.model.put(none)
     places = [np.array(values) for values in product(*(values for _, values in candidate.tried_at))]
-    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, fit.kalman, (), candidate)
+    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, fit.kalman, (), _searched(candidate))
     costs = np.array([part.cost(place) for place in places])
     best = np.argsort(costs, kind="stable")[:_SEARCHES]
-    without = part.cost(np.array([p.none for p in _searched(candidate)]))
+    without = part.cost(np.array([p.none for _, p in _searched(candidate)]))
     worth = [i for i in best if costs[i] < without] or [best[0]]
-    search = _Search(data, begin, fit.kalman, (), candidate)
+    search = _Search(data, begin, fit.kalman, (), _searched(candidate))
     found = sorted((search.uphill(places[i], _FIRST) for i in worth), key=lambda peak: peak.cost)
     size = candidate.field(candidate.parameters[0])
     peaks = list[Peak]()
@@ -66,43 +67,44 @@ def likeliest_of_many(data: Data, fit: Fit, candidate: Candidate) -> list[Peak]:
     return peaks
 
 
-def improved(data: Data, fit: Fit, candidate: Candidate) -> Model | None:
-    """A likelier model than that of a fit with a candidate that is tried at many places; None where none is near.
+def improved(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> Model | None:
+    """A likelier model than that of a fit, by the parameters of its effects; None where none is near.
 
     Args:
         data: recordings.
-        fit: in which the candidate's parameters are free.
-        candidate: with values at which it is tried.
+        fit: in which these parameters are free.
+        candidates: the effects.
     """
-    search = _Search(data, fit.model, data.filter(fit.model), fit.free_parameters, candidate)
-    start = np.array([fit.model.value(candidate.field(p)) for p in _searched(candidate)])
+    parameters = [(candidate.field(p), p) for candidate in candidates for p in candidate.parameters]
+    search = _Search(data, fit.model, data.filter(fit.model), fit.free_parameters, parameters)
+    start = np.array([fit.model.value(field) for field, _ in parameters])
     found = search.uphill(start, _LATER)
     return found.model if found.cost < search.cost(start) - _SETTLED else None
 
 
-def _searched(candidate: Candidate) -> list[CandidateParameter]:
-    """The parameters that are tried at many values, in the order of these."""
+def _searched(candidate: Candidate) -> list[tuple[Field, CandidateParameter]]:
+    """The parameters that are tried at many values, in the order of these, with their fields."""
     known = {p.name: p for p in candidate.parameters}
-    return [known[name] for name, _ in candidate.tried_at]
+    return [(candidate.field(known[name]), known[name]) for name, _ in candidate.tried_at]
 
 
 @dataclass(frozen=True)
 class _Search:
-    """How likely a model with a candidate is, by the values of the candidate's parameters that are searched.
+    """How likely a model is, by the values of some parameters.
 
     Attributes:
         data: recordings.
         model: all other values.
         kalman: filter that serves all.
         free_parameters: whose priors count.
-        candidate: with values at which it is tried.
+        parameters: that are searched, with their fields.
     """
 
     data: Data
     model: Model
     kalman: Filter
     free_parameters: Sequence[FreeParameter]
-    candidate: Candidate
+    parameters: Sequence[tuple[Field, CandidateParameter]]
 
     def cost(self, values: Array) -> float:
         """Whitened errors, squared and summed, and the prior's cost; huge where predictions diverge."""
@@ -114,12 +116,14 @@ class _Search:
 
     def uphill(self, start: Array, side: float) -> Peak:
         """Where a simplex search ends that begins at some values, with a simplex as wide as a share of them."""
-        simplex = np.vstack([start, start + side * np.diag(start)])
-        bounds = [(p.low, p.high) for p in _searched(self.candidate)]
-        options: dict[str, Any] = {"initial_simplex": simplex, "maxfev": _EVALUATIONS, "xatol": 0.0, "fatol": _SETTLED}
+        usual = np.array([abs(p.start - p.none) for _, p in self.parameters])
+        simplex = np.vstack([start, start + np.diag(side * np.maximum(np.abs(start), _LEAST * usual))])
+        bounds = [(p.low, p.high) for _, p in self.parameters]
+        most = _EVALUATIONS * len(start)
+        options: dict[str, Any] = {"initial_simplex": simplex, "maxfev": most, "xatol": 0.0, "fatol": _SETTLED}
         found = minimize(self.cost, start, method="Nelder-Mead", bounds=bounds, options=options)
         return Peak(self._with(found.x), float(found.fun))
 
     def _with(self, values: Array) -> Model:
-        fields = [self.candidate.field(p) for p in _searched(self.candidate)]
+        fields = [field for field, _ in self.parameters]
         return self.model.put(dict(zip(fields, values.tolist(), strict=True)))
