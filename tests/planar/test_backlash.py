@@ -8,6 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from test_motion import lagrange, swing
 
+from twbal.core.play import CONTACT_STEP
+
 HANGING = {"tilt": np.pi + 0.02}  # a body that hangs, so that small differences stay small
 GAP, SHARE, TIME, DAMPING = 0.03, 0.4, 0.006, 0.3
 EFFECT = {"gap": GAP, "rotor_share": SHARE, "contact_time": TIME, "contact_damping": DAMPING}
@@ -18,7 +20,12 @@ def push(t):
     return 0.8 * np.sin(40.0 * t) + 0.5 * np.sin(95.0 * t)
 
 
-def rotors_on_springs(robot):
+def held(t):
+    """The same, for 2 ms each."""
+    return push(0.002 * np.floor(t / 0.002 + 1e-9))
+
+
+def rotors_on_springs(robot, torque=push):
     """Motion of way, tilt, angle of the rotors in space, and their rates."""
     rotors, r = 2.0 * SHARE * robot.wheel_inertia, robot.wheel_radius
     without = replace(robot, wheel_inertia=(1.0 - SHARE) * robot.wheel_inertia)
@@ -29,8 +36,8 @@ def rotors_on_springs(robot):
         beyond = ahead - np.clip(ahead, -0.5 * GAP, 0.5 * GAP)
         pull = stiffness * beyond + damping * faster
         pull = pull if pull * beyond > 0.0 else 0.0
-        moved = lagrange(without, 0.0, lambda *_: np.array([pull / r, -push(t)]))(t, z[[0, 1, 3, 4]])
-        return np.array([z[3], z[4], z[5], moved[2], moved[3], (push(t) - pull) / rotors])
+        moved = lagrange(without, 0.0, lambda *_: np.array([pull / r, -torque(t)]))(t, z[[0, 1, 3, 4]])
+        return np.array([z[3], z[4], z[5], moved[2], moved[3], (torque(t) - pull) / rotors])
 
     return motion
 
@@ -56,6 +63,24 @@ def test_a_robot_moves_as_rotors_on_springs_say(paper):
     error = np.sqrt(np.mean((found - true) ** 2, axis=1))
     assert (error < 0.05 * size).all()
     assert (np.sqrt(np.mean((other - true) ** 2, axis=1)) > 4.0 * error).all()
+
+
+def test_a_long_physics_step_holds_impacts_that_are_shorter(paper):
+    """Rates after 0.2 s and more, with steps of up to a third of an impact, against an integrator of its own."""
+    times, start = np.arange(0.2, 0.4, 0.01), [0.0, HANGING["tilt"], 0.0, 0.0, 0.0, 0.0]
+    motion = rotors_on_springs(paper, held)
+    true = solve_ivp(motion, (0.0, 0.4), start, t_eval=times, max_step=2e-4, rtol=1e-7).y[3:]
+
+    def error(step):
+        states = swing(paper, {"backlash": EFFECT}, HANGING, held, step, 0.4)
+        at = np.round(times / step).astype(int)
+        found = np.array([[paper.wheel_radius * s.wheel_speed, s.tilt_rate, s.rotor_speed] for s in states])[at].T
+        return np.sqrt(np.mean((found - true) ** 2, axis=1)) / np.ptp(true, axis=1)
+
+    fine = error(CONTACT_STEP)
+    assert (fine < 0.05).all()
+    for step in (0.001, 0.002):
+        assert (error(step) < 1.2 * fine).all()
 
 
 def rebound(robot, share, damping, step):
@@ -87,7 +112,7 @@ def test_a_light_rotor_is_thrown_back_as_a_damped_spring_does_it(paper, damping,
 def test_gears_that_hardly_bend_are_rigid_ones(paper):
     values = {"gap": GAP, "rotor_share": SHARE}
     ends = [
-        swing(paper, {"backlash": {**values, "contact_time": time}}, HANGING, push, 1e-3, 0.2)[-1]
+        swing(paper, {"backlash": {**values, "contact_time": time}}, HANGING, push, CONTACT_STEP, 0.2)[-1]
         for time in (0.0, 1e-6)
     ]
     np.testing.assert_allclose(ends[0], ends[1], atol=1e-5)

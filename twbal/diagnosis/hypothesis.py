@@ -133,7 +133,12 @@ class Round(NamedTuple):
 
 
 def fit_hypothesis(
-    data: Data, model: Model, always: Sequence[FreeParameter], candidates: Sequence[Candidate], rounds: int
+    data: Data,
+    model: Model,
+    always: Sequence[FreeParameter],
+    candidates: Sequence[Candidate],
+    rounds: int,
+    added: Sequence[Candidate] = (),
 ) -> FittedHypothesis:
     """Fit a set of effects in full.
 
@@ -143,6 +148,8 @@ def fit_hypothesis(
         always: what is always free; a candidate's own parameters take the place of those of the same name.
         candidates: the set.
         rounds: of values and noise in turn.
+        added: those of the set whose values may still be far off; where one of the set is tried at many places, they
+            are searched together with that one.
 
     Raises:
         DataError: predictions without any of the effects diverge.
@@ -151,7 +158,7 @@ def fit_hypothesis(
     free_parameters = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     if rounds and any(candidate.tried_at for candidate in candidates):
-        fit = _improved(data, fit, [each for each in candidates if not each.in_data_sheet], rounds)
+        fit = _improved(data, fit, [each for each in candidates if each.tried_at or each in added], rounds)
     kalman = data.filter(fit.model)
     errors = data.errors(fit.model, kalman)
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
@@ -164,7 +171,7 @@ def fit_hypothesis(
 
 
 def _improved(data: Data, fit: Fit, effects: Sequence[Candidate], rounds: int) -> Fit:
-    """The better of a fit and of those from likelier values of its effects, one of which is tried at many places."""
+    """The better of a fit and of those from likelier values of some effects."""
     for _ in range(_IMPROVED):
         better = improved(data, fit, effects)
         if better is None:
@@ -190,7 +197,7 @@ def fit_from_all(
     Models `elsewhere` are further ones from which to begin.
     """
     begins = [model, *filter_starts(model, added, data.period), *elsewhere]
-    return min((fit_hypothesis(data, each, always, candidates, rounds) for each in begins), key=lambda w: w.bic)
+    return min((fit_hypothesis(data, each, always, candidates, rounds, added) for each in begins), key=lambda w: w.bic)
 
 
 def bic_penalty(candidates: Sequence[Candidate], count: int) -> float:

@@ -20,7 +20,8 @@ from twbal.sysid.model import Data, Field, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, penalty
 
 _SECONDS = 10.0  # of the recordings' beginnings, in which all places are tried
-_SEARCHES, _EVALUATIONS = 4, 15  # simplex searches, and models that each of them tries for each of its parameters
+_SEARCHES = 4  # simplex searches
+_EVALUATIONS, _MOST = 15, 90  # models that each of them tries for each of its parameters, and at most
 _FIRST, _LATER = 0.15, 0.05  # side of the first simplex, over the values: of a place, and of values that were fitted
 _LEAST = 0.3  # of the usual size of a parameter, for which the first simplex is at least as wide as that
 _SETTLED = 0.5  # gain in -2 log likelihood below which a search is done
@@ -119,7 +120,7 @@ class _Search:
         usual = np.array([abs(p.start - p.none) for _, p in self.parameters])
         simplex = np.vstack([start, start + np.diag(side * np.maximum(np.abs(start), _LEAST * usual))])
         bounds = [(p.low, p.high) for _, p in self.parameters]
-        most = _EVALUATIONS * len(start)
+        most = min(_EVALUATIONS * len(start), _MOST)
         options: dict[str, Any] = {"initial_simplex": simplex, "maxfev": most, "xatol": 0.0, "fatol": _SETTLED}
         found = minimize(self.cost, start, method="Nelder-Mead", bounds=bounds, options=options)
         return Peak(self._with(found.x), float(found.fun))

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
+from twbal.core.play import Play
 from twbal.core.quantities import Quantity
 from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY
@@ -26,24 +27,6 @@ class Swing(NamedTuple):
     height: float
     stiffness: float
     damping: float
-
-
-class Play(NamedTuple):
-    """Between rotors and wheels; all 0 where there is none.
-
-    Attributes:
-        rotors: J, inertia of both rotors [kg·m²].
-        gap: full width, as an angle of the wheel [rad].
-        stiffness: of both gears, where rotor and wheel meet [N·m/rad]; 0 where they are rigid.
-        damping: of that [N·m·s/rad].
-        is_behind_encoder: 1 where the encoders sit on the rotors' side of it, 0 on the wheels'.
-    """
-
-    rotors: float
-    gap: float
-    stiffness: float
-    damping: float
-    is_behind_encoder: float
 
 
 class FilterTimes(NamedTuple):

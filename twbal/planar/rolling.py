@@ -1,58 +1,13 @@
 """One physics step of the planar model whose wheels roll; the equations are those of `twbal.planar.motion`."""
 
-from math import ceil
-
 from twbal.core.compiled import kernel, rarely
+from twbal.core.play import engage
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, cut, is_settled, joint_bound
+from twbal.planar.dry_friction import SWEEPS, is_settled, joint_bound
 from twbal.planar.forces import forces, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
 from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
-
-CONTACT_STEP = 0.00025
-"""Step in which gears that bend move, at most [s]."""
-
-
-@kernel(is_inlined=True)
-def _engage(k: Constants, ahead: float, before: float, free: float, mobility: float) -> tuple[float, float]:
-    """Impulse between rotors and wheels in a step [N·m·s], and how far ahead of the wheels the rotors are at its end.
-
-    Rigid gears keep the rotors within the gap. Gears that bend are a spring and a damper that push and never pull.
-    They ring in a few milliseconds, so they move in shorter steps. There the damper acts as at the step's end. The
-    spring acts as it is half through the step; where it rings in less than a few steps, as at their end, which is
-    stable and leads to the plastic impact of rigid gears. A step in which the spring acts as it will be damps by
-    itself, like a damper of the stiffness times the time until then. The damper is taken to be weaker by that, but no
-    less than none.
-
-    Args:
-        k: constants of the planar model.
-        ahead: of the wheels are the rotors, at the step's start [rad].
-        before: by how much faster than the wheels they are there [rad/s].
-        free: the same at the step's end, without the impulse; it changes evenly in between.
-        mobility: rate that the wheels gain per impulse [1/(kg·m²)].
-    """
-    apart_by = mobility + 1.0 / k.play.rotors  # what an impulse between rotors and wheels adds to their difference
-    half = 0.5 * k.play.gap
-    if rarely(k.play.stiffness > 0.0):
-        parts = max(ceil(k.step / CONTACT_STEP - 1e-9), 1)
-        h, gained, faster, impulse = k.step / parts, (free - before) / parts, before, 0.0
-        turned = h * h * k.play.stiffness / k.play.rotors  # square of the phase by which they ring in a step
-        until = h * (1.0 - 2.0 / (4.0 + turned))
-        damping = max(k.play.damping - until * k.play.stiffness, 0.0)
-        yielding = 1.0 + h * apart_by * (until * k.play.stiffness + damping)
-        for _ in range(parts):
-            faster += gained
-            beyond = ahead + until * faster
-            beyond -= cut(beyond, half)
-            push = h * (k.play.stiffness * beyond + damping * faster) / yielding
-            if push * beyond > 0.0:
-                impulse += push
-                faster -= apart_by * push
-            ahead += h * faster
-        return impulse, ahead
-    wanted = cut(ahead + k.step * free, half)
-    return (free - (wanted - ahead) / k.step) / apart_by, wanted
 
 
 @kernel(is_inlined=True)
@@ -94,7 +49,7 @@ def roll(
             before = contact, rolling, rubbing
             if rarely(loose):
                 free = rotor_speed - wheel_speed + (w + 1.0 / k.play.rotors) * contact
-                pushed, ahead = _engage(k, s.rotor - s.wheel, s.rotor_speed - s.wheel_speed, free, w)
+                pushed, ahead = engage(k.play, h, s.rotor - s.wheel, s.rotor_speed - s.wheel_speed, free, w)
                 change = pushed - contact
                 contact = pushed
                 rotor_speed -= change / k.play.rotors

@@ -5,6 +5,7 @@ from math import pi
 
 from twbal.core.engine import RobotMotion
 from twbal.core.mobility import geared_mobilities, joint_mobility, wheel_mobility
+from twbal.core.play import Play, engage
 from twbal.core.robot_model import UNBOUNDED, RobotModel
 from twbal.core.robot_parameters import RobotParameters
 from twbal.sim.presliding import Bristles
@@ -15,7 +16,7 @@ class Gears:
 
     With a backlash the rotors turn by themselves within the gap. At its ends they meet the wheels. On rigid gears that
     is a plastic impact: each step passes on the torque that brings the rotors, where they would pass an end, just to
-    it. Gears that bend are a spring and a damper there, which push and never pull (`planar.rolling`).
+    it. Gears that bend are a spring and a damper there, which push and never pull (`core.play`).
 
     Geared rotors of the inertia g turn at φ̇ - θ̇, so their energy is ½ g (φ̇² + θ̇²) - g φ̇ θ̇. For the first two terms
     the engine's wheels and its body have g as well. The last one makes the torques g θ̈ on the wheels and g φ̈ on the
@@ -48,12 +49,9 @@ class Gears:
         angle = drive.presliding if drive.dry_friction(0.0) else 0.0
         self._bristles = Bristles(robot, angle, joint_mobility(self.robot), physics_step) if angle else None
         self.needed = loose or self.friction_changes or self.geared > 0 or self._bristles is not None
-        self._half = 0.5 * gap
-        self._rotors = 2 * share * robot.wheel_inertia
-        pace = pi / time if time > 0 else 0.0
-        self._stiffness = self._rotors * pace**2
-        self._until = physics_step * (1 - 2 / (4 + (physics_step * pace) ** 2))
-        self._damping = max(2 * damping * self._rotors * pace - self._until * self._stiffness, 0.0)
+        rotors, pace = 2 * share * robot.wheel_inertia, pi / time if time > 0 else 0.0
+        behind = float(self._is_behind_encoder)
+        self._play = Play(rotors, gap, rotors * pace**2, 2 * damping * rotors * pace, behind)
         self._mobility = wheel_mobility(self.robot)
         self._physics_step = physics_step
         self.reset()
@@ -120,34 +118,18 @@ class Gears:
 
         What moves the wheels beside the contact is taken to be as in the step before.
         """
-        if self._half <= 0:
+        if self._play.gap <= 0:
             return torque
-        h = self._physics_step
+        h, rotors = self._physics_step, self._play.rotors
         wheel, wheel_rate = motion.wheel_angle + motion.tilt, motion.wheel_rate + motion.tilt_rate
         if self._begins:
             self._rotor, self._rate = wheel + self._ahead, wheel_rate + self._faster
             self._wheel_rate, self._begins = wheel_rate, False
         drift = wheel_rate - self._wheel_rate - h * self._mobility * self._contact
-        rate, wheels = self._rate + h * torque / self._rotors, wheel_rate + drift
-        contact = self._contact_torque(self._rotor - wheel, rate - wheels)
-        self._rate = rate - h * contact / self._rotors
-        self._rotor += h * self._rate
-        self._wheel_rate, self._contact = wheel_rate, contact
-        return contact
-
-    def _contact_torque(self, ahead: float, faster: float) -> float:
-        """Torque between rotors and wheels in a step [N·m].
-
-        Args:
-            ahead: of the wheels are the rotors, at the step's start [rad].
-            faster: than the wheels would they be at its end, without this torque [rad/s].
-        """
-        h, apart_by = self._physics_step, self._mobility + 1 / self._rotors
-        if self._stiffness == 0.0:
-            wanted = min(max(ahead + h * faster, -self._half), self._half)
-            return (faster - (wanted - ahead) / h) / apart_by / h
-        turned = ahead + self._until * faster
-        beyond = turned - min(max(turned, -self._half), self._half)
-        push = self._stiffness * beyond + self._damping * faster
-        push /= 1 + h * apart_by * (self._until * self._stiffness + self._damping)
-        return push if push * beyond > 0.0 else 0.0
+        rate, wheels = self._rate + h * torque / rotors, wheel_rate + drift
+        begin = self._rotor - wheel, self._rate - wheel_rate
+        impulse, ahead = engage(self._play, h, *begin, rate - wheels, self._mobility)
+        self._rate = rate - impulse / rotors
+        self._rotor = wheel + h * (wheels + self._mobility * impulse) + ahead
+        self._wheel_rate, self._contact = wheel_rate, impulse / h
+        return self._contact
