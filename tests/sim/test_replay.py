@@ -100,9 +100,11 @@ def test_a_replay_goes_on_as_the_rollout_did(kind, robot):
     truth = driven(robot, [effect for effect in effects if not isinstance(effect, SENSORS)])
     shown = driven(robot, effects)
     (found,) = replay(robot, effects, STEP, [start_at(robot, truth, FROM)], COMMANDS[None, FROM:])
-    error = np.abs(found[:, SEEN] - shown[FROM:, SEEN]).max(axis=0)
-    moved = np.ptp(shown[FROM:, SEEN], axis=0)
-    assert (error < (0.15 if "backlash" in kind else 0.01) * moved).all()
+    error, moved = found[:, SEEN] - shown[FROM:, SEEN], np.ptp(shown[FROM:, SEEN], axis=0)
+    if "backlash" in kind:  # rotors that meet rigid gears at other instants differ in single rates
+        assert (np.sqrt(np.mean(error**2, axis=0)) < 0.1 * moved).all()
+    else:
+        assert (np.abs(error).max(axis=0) < 0.01 * moved).all()
 
 
 def test_rotors_that_turn_with_the_gears_feel_friction_from_the_first_step_on(regbot):
