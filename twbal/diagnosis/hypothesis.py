@@ -18,7 +18,7 @@ from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, refit
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12  # of values and of noise, in each round; fewer end in other optima
-_IMPROVED = 2  # fits of a candidate that is tried at many places, each from likelier values than the last one
+_IMPROVED = 1  # further fits of a set with a candidate that is tried at many places, each from likelier values
 FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
 _CLOSE, _NEAR = 0.5, 50.0  # share of the best gain, and -2 log likelihood, within which the noise is fitted, too
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it

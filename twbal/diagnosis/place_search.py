@@ -24,6 +24,7 @@ _SEARCHES = 4  # simplex searches
 _EVALUATIONS, _MOST = 15, 90  # models that each of them tries for each of its parameters, and at most
 _FIRST, _LATER = 0.15, 0.05  # side of the first simplex, over the values: of a place, and of values that were fitted
 _LEAST = 0.3  # of the usual size of a parameter, for which the first simplex is at least as wide as that
+_WORTH = 20.0  # gain in -2 log likelihood from which on an effect may be there
 _SETTLED = 0.5  # gain in -2 log likelihood below which a search is done
 _APART = 0.1  # share of its size by which an effect differs between two peaks
 _DIVERGED = 1e12
@@ -42,22 +43,33 @@ class Peak(NamedTuple):
 
 
 def likeliest_of_many(data: Data, fit: Fit, candidate: Candidate) -> list[Peak]:
-    """The likeliest models with a candidate that is tried at many places, the best first.
+    """Models with a candidate that is tried at many places, the likeliest first.
+
+    Without an effect, a fit pulls the data sheet to where it makes up for some of it, and the effect's own peak is not
+    seen from there. So where the candidate gains, the likeliest of a data sheet that is as it was comes second.
 
     Args:
         data: recordings.
         fit: the model so far; its filter serves all.
         candidate: with values at which it is tried (`Candidate.tried_at`).
     """
-    none = {candidate.field(p): p.none for p in candidate.parameters}
-    begin = fit.model.put(none)
+    found = _peaks(data, fit.model, fit.kalman, candidate)
+    if found[0].cost > float(fit.white @ fit.white) - _WORTH:
+        return found
+    means = {free.field: free.mean for free in fit.free_parameters if np.isfinite(free.sd)}
+    return [found[0], _peaks(data, fit.model.put(means), fit.kalman, candidate)[0], *found[1:]]
+
+
+def _peaks(data: Data, model: Model, kalman: Filter, candidate: Candidate) -> list[Peak]:
+    """Where simplex searches end that begin at the best of the places, the likeliest first."""
+    begin = model.put({candidate.field(p): p.none for p in candidate.parameters})
     places = [np.array(values) for values in product(*(values for _, values in candidate.tried_at))]
-    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, fit.kalman, (), _searched(candidate))
+    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, kalman, (), _searched(candidate))
     costs = np.array([part.cost(place) for place in places])
     best = np.argsort(costs, kind="stable")[:_SEARCHES]
     without = part.cost(np.array([p.none for _, p in _searched(candidate)]))
     worth = [i for i in best if costs[i] < without] or [best[0]]
-    search = _Search(data, begin, fit.kalman, (), _searched(candidate))
+    search = _Search(data, begin, kalman, (), _searched(candidate))
     found = sorted((search.uphill(places[i], _FIRST) for i in worth), key=lambda peak: peak.cost)
     size = candidate.field(candidate.parameters[0])
     peaks = list[Peak]()
