@@ -10,7 +10,7 @@ from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
-from twbal.diagnosis.place_search import improved
+from twbal.diagnosis.grid_search import improved
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
 from twbal.planar.robot_distribution import TILT_FILTER
@@ -18,7 +18,6 @@ from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, refit
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12  # of values and of noise, in each round; fewer end in other optima
-_IMPROVED = 1  # further fits of a set with a candidate that is tried at many places, each from likelier values
 FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
 _CLOSE, _NEAR = 0.5, 50.0  # share of the best gain, and -2 log likelihood, within which the noise is fitted, too
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
@@ -148,8 +147,8 @@ def fit_hypothesis(
         always: what is always free; a candidate's own parameters take the place of those of the same name.
         candidates: the set.
         rounds: of values and noise in turn.
-        added: those of the set whose values may still be far off; where one of the set is tried at many places, they
-            are searched together with that one.
+        added: those of the set whose values may still be far off; where one of the set is tried on a grid, a simplex
+            search moves them together with that one.
 
     Raises:
         DataError: predictions without any of the effects diverge.
@@ -171,16 +170,12 @@ def fit_hypothesis(
 
 
 def _improved(data: Data, fit: Fit, effects: Sequence[Candidate], rounds: int) -> Fit:
-    """The better of a fit and of those from likelier values of some effects."""
-    for _ in range(_IMPROVED):
-        better = improved(data, fit, effects)
-        if better is None:
-            break
-        found = refit(data, better, fit.free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
-        if found.cost > fit.cost:
-            break
-        fit = found
-    return fit
+    """The better of a fit and of one from likelier values of some effects."""
+    better = improved(data, fit, effects)
+    if better is None:
+        return fit
+    found = refit(data, better, fit.free_parameters, rounds, _ITERATIONS, _NOISE_ITERATIONS)
+    return min(fit, found, key=lambda each: each.cost)
 
 
 def fit_from_all(

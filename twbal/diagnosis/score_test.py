@@ -11,7 +11,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
-from twbal.diagnosis.place_search import likeliest_of_many
+from twbal.diagnosis.grid_search import local_optima
 from twbal.diagnosis.wave_search import likeliest_wave
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.normal_equations import inverse_of
@@ -30,7 +30,7 @@ _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
 _BY_JOINT_GAIN = 6  # others that are fitted so, for their joint gain
-_ELSEWHERE = 2  # other peaks of a likelihood, at most
+_ELSEWHERE = 2  # other local optima of a likelihood, at most
 _FREQUENCIES = 9  # frequencies at which a resonance is tried, evenly by ratio
 
 
@@ -44,7 +44,7 @@ class ScoredCandidate(NamedTuple):
         detectable: by size, as a share of its start values: gain in -2 log likelihood that the candidate would have
             brought, had it been there at that size.
         joint_gain: predicted to first order if the other free values were fitted with the candidate.
-        elsewhere: models at other peaks of the likelihood, from which a fit may begin as well.
+        elsewhere: models at other local optima of the likelihood, from which a fit may begin as well.
     """
 
     candidate: Candidate
@@ -172,10 +172,10 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         cost = float(np.nan_to_num(np.sum(data.white(jointly, fit.kalman) ** 2), nan=np.inf))
         model = jointly if cost + moved - shift < best else model
     if candidate.tried_at:
-        peaks = likeliest_of_many(data, fit, candidate)
-        gain = max(gain, freed + float(fit.white @ fit.white) - peaks[0].cost)
-        model = peaks[0].model if peaks[0].cost < best else model
-        elsewhere = tuple(peak.model for peak in peaks if peak.model is not model)[:_ELSEWHERE]
+        optima = local_optima(data, fit, candidate)
+        gain = max(gain, freed + float(fit.white @ fit.white) - optima[0].cost)
+        model = optima[0].model if optima[0].cost < best else model
+        elsewhere = tuple(each.model for each in optima if each.model is not model)[:_ELSEWHERE]
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf

@@ -14,7 +14,7 @@ NORDIN = (
 """Reference for play."""
 
 
-PLACES = {
+GRID = {
     "gap": (0.003, 0.004, 0.0055, 0.0076, 0.0105, 0.0145, 0.02, 0.0275, 0.038, 0.053, 0.073, 0.1),
     "rotor_share": (0.2, 0.35, 0.5, 0.65, 0.8),
     "contact_time": (0.0025, 0.005, 0.01),
@@ -104,5 +104,5 @@ class Backlash(DriveEffect):
     is_linear = False
     nearly_same_as = ("dead_zone", "actuation_delay")
     never_beside = ("backlash_behind_encoder",)
-    tried_at = PLACES
+    tried_at = GRID
     separate_by = "Lean on the robot to one side, so that the torque keeps its sign."

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from twbal.core.quantities import Quantity
-from twbal.effects.backlash import NORDIN, PLACES, contact_damping_of, contact_time_of, gap_of, rotor_share_of
+from twbal.effects.backlash import GRID, NORDIN, contact_damping_of, contact_time_of, gap_of, rotor_share_of
 from twbal.effects.effect import DriveEffect
 
 
@@ -24,5 +24,5 @@ class BacklashBehindEncoder(DriveEffect):
     is_linear = False
     nearly_same_as = ("backlash", "dead_zone", "actuation_delay")
     never_beside = ("backlash",)
-    tried_at = PLACES
+    tried_at = GRID
     separate_by = "Block the wheels and turn the motors to and fro: the encoders count the play."

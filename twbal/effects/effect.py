@@ -87,7 +87,7 @@ class Effect(ABC):
             passes it over.
         weighed_if_asked: whether a diagnosis weighs it only where its settings ask for it, as others look like it.
         tried_at: values of parameters at which a diagnosis tries it, all with all, where one start is not enough: how
-            likely it makes recordings has many peaks.
+            likely it makes recordings has many local optima.
     """
 
     place: ClassVar[Place]

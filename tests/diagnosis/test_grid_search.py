@@ -1,4 +1,4 @@
-"""The search for play among many peaks, on recordings of the planar model with a known play."""
+"""The search for play among many local optima, on recordings of the planar model with a known play."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import pytest
 from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.place_search import improved, likeliest_of_many
+from twbal.diagnosis.grid_search import improved, local_optima
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
@@ -51,17 +51,17 @@ def test_a_play_is_found_that_explains_as_much_as_the_true_one(paper, candidate,
     values, data = recorded(paper, play)
     fit = fitted(paper, data)
     none, true = squared(data, fit, fit.model), squared(data, fit, fit.model.put(values))
-    found = likeliest_of_many(data, fit, candidate)
+    found = local_optima(data, fit, candidate)
     assert none - true > 300.0
     assert found[0].cost < true + 0.1 * (none - true)
     assert found[0].cost == pytest.approx(squared(data, fit, found[0].model))
-    assert [peak.cost for peak in found[2:]] == sorted(peak.cost for peak in found[2:])
+    assert [each.cost for each in found[2:]] == sorted(each.cost for each in found[2:])
 
 
 def test_width_and_share_make_up_for_each_other_but_not_their_product(paper, candidate):
     """What the wheels feel is the momentum of the rotors that cross the gap."""
     values, data = recorded(paper, PLAYS[0])
-    best = likeliest_of_many(data, fitted(paper, data), candidate)[0].model.planar
+    best = local_optima(data, fitted(paper, data), candidate)[0].model.planar
     true = values["backlash_gap"] * values["backlash_rotor_share"]
     assert best.backlash_gap * best.backlash_rotor_share == pytest.approx(true, rel=0.15)
 
@@ -71,7 +71,7 @@ def test_the_second_model_has_the_data_sheet_as_it_was(paper, candidate):
     values, data = recorded(paper, PLAYS[0])
     free = FreeParameter("com_height", 0.1, 0.9, paper.com_height, 0.005, 1e-6)
     fit = fitted(paper, data, (free,), com_height=paper.com_height + 0.02)
-    first, second, *_ = likeliest_of_many(data, fit, candidate)
+    first, second, *_ = local_optima(data, fit, candidate)
     assert first.model.planar.com_height == pytest.approx(paper.com_height + 0.02)
     assert second.model.planar.com_height == pytest.approx(paper.com_height)
     assert second.cost < squared(data, fit, fit.model.put({**values, "com_height": paper.com_height})) * 1.2
@@ -80,7 +80,7 @@ def test_the_second_model_has_the_data_sheet_as_it_was(paper, candidate):
 def test_where_nothing_is_loose_nothing_is_gained(paper, candidate):
     data = Data([synthetic_recording(quick(paper), {}, seed=3, periods=2000, tolerance=0.0)], 3)
     fit = fitted(paper, data)
-    found = likeliest_of_many(data, fit, candidate)
+    found = local_optima(data, fit, candidate)
     assert found[0].cost > squared(data, fit, fit.model) - 20.0
 
 
