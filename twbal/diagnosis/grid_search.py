@@ -19,7 +19,7 @@ from twbal.sysid.kalman import Filter
 from twbal.sysid.model import Data, Field, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit, penalty
 
-_SECONDS = 10.0  # of the recordings' beginnings, on which the whole grid is tried
+_SECONDS = 5.0  # of the recordings' beginnings, on which the whole grid is tried
 _SEARCHES = 4  # simplex searches
 _EVALUATIONS, _MOST = 15, 90  # models that each of them tries for each of its parameters, and at most
 _FIRST, _LATER = 0.15, 0.05  # side of the first simplex, over the values: of a grid's point, and of fitted values

@@ -17,7 +17,7 @@ NORDIN = (
 GRID = {
     "gap": (0.003, 0.004, 0.0055, 0.0076, 0.0105, 0.0145, 0.02, 0.0275, 0.038, 0.053, 0.073, 0.1),
     "rotor_share": (0.2, 0.35, 0.5, 0.65, 0.8),
-    "contact_time": (0.0025, 0.005, 0.01),
+    "contact_time": (0.003, 0.008),
     "contact_damping": (0.2, 0.4),
 }
 """At which play is tried: when the rotors meet the wheels, and how fast, depends on all of these. Where one of them is
