@@ -95,3 +95,11 @@ def test_values_somewhat_off_are_improved_until_none_near_is_better(paper, candi
     assert costs[-1] < costs[0] - 100.0
     assert 2 <= len(costs) < 20
     assert (np.diff(costs) < 0.0).all()
+
+
+def test_a_value_that_begins_at_its_bound_may_leave_it(paper, candidate):
+    values, data = recorded(paper, (0.05, 0.85, 0.006, 0.3))
+    fit = fitted(paper, data, candidate.free_parameters, **{**values, "backlash_rotor_share": 0.9})
+    better = improved(data, fit, [candidate])
+    assert better is not None
+    assert better.planar.backlash_rotor_share < 0.89
