@@ -134,10 +134,8 @@ class _Search:
     def downhill(self, start: Array, side: float) -> LocalOptimum:
         """Where a simplex search ends that begins at some values, with a simplex as wide as a share of them."""
         usual = np.array([abs(p.start - p.none) for _, p in self.parameters])
+        simplex = np.vstack([start, start + np.diag(side * np.maximum(np.abs(start), _LEAST * usual))])
         bounds = [(p.low, p.high) for _, p in self.parameters]
-        sides = side * np.maximum(np.abs(start), _LEAST * usual)
-        sides = np.where(start + sides > [high for _, high in bounds], -sides, sides)
-        simplex = np.vstack([start, start + np.diag(sides)])
         most = min(_EVALUATIONS * len(start), _MOST)
         options: dict[str, Any] = {"initial_simplex": simplex, "maxfev": most, "xatol": 0.0, "fatol": _SETTLED}
         found = minimize(self.cost, start, method="Nelder-Mead", bounds=bounds, options=options)
