@@ -251,7 +251,12 @@ def test_what_is_named_on_a_robot_of_another_engine_is_there(tmp_path):
     for name, (parameter, value) in true.items():
         assert sizes[name][parameter]["value"] == pytest.approx(value, rel=0.2), name
     assert {"com_offset", "imu_mount_angle"} & set(sizes)
-    assert not set(sizes) - {*true, "com_offset", "imu_mount_angle", "presliding"}
+    assert not set(sizes) - {*true, "com_offset", "imu_mount_angle", "presliding", "ground_waves"}
+    if "ground_waves" in sizes:  # the ground's come once in 1.02 m, those of the eccentric wheels once in 0.96 m
+        radius = np.mean(hidden.body.wheel_radius)
+        slope = hidden.body.eccentricity / radius + hidden.surroundings.wave_slope
+        assert sizes["ground_waves"]["waves"]["value"] == pytest.approx(1.0 / (2.0 * np.pi * radius), rel=0.06)
+        assert 0.5 * slope < sizes["ground_waves"]["slope"]["value"] < 2.0 * slope
     assert record["gap"]["closed"] > 0.9
 
 
