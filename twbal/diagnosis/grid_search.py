@@ -63,13 +63,13 @@ def local_optima(data: Data, fit: Fit, candidate: Candidate) -> list[LocalOptimu
 
 def _optima(data: Data, model: Model, kalman: Filter, candidate: Candidate) -> list[LocalOptimum]:
     """Where simplex searches end from the promising points of the grid, the likeliest first; or its best point."""
-    begin = model.put({candidate.field(p): p.none for p in candidate.parameters})
+    begin, searched = model.put({candidate.field(p): p.none for p in candidate.parameters}), _searched(candidate)
     points = [np.array(values) for values in product(*(values for _, values in candidate.tried_at))]
-    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, kalman, (), _searched(candidate))
+    part = _Search(data.shortened(round(_SECONDS / data.period)), begin, kalman, (), searched)
     costs = np.array([part.cost(point) for point in points])
     best = np.argsort(costs, kind="stable")[:_SEARCHES]
-    least = part.cost(np.array([p.none for _, p in _searched(candidate)])) - _PROMISING
-    search = _Search(data, begin, kalman, (), _searched(candidate))
+    least = part.cost(np.array([p.none for _, p in searched])) - _PROMISING
+    search = _Search(data, begin, kalman, (), searched)
     found = [search.downhill(points[i], _FIRST) for i in best if costs[i] < least] or [search.at(points[best[0]])]
     size = candidate.field(candidate.parameters[0])
     apart = list[LocalOptimum]()

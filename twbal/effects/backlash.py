@@ -20,8 +20,8 @@ GRID = {
     "contact_time": (0.003, 0.008),
     "contact_damping": (0.2, 0.4),
 }
-"""At which play is tried: when the rotors meet the wheels, and how fast, depends on all of these. Where one of them is
-off by a fifth to a third, the others make no recording likelier."""
+"""At which play is tried: when the rotors meet the wheels, and how fast, depends on all of these. Where the width, the
+share or the damping is off by a fifth to a third, the others gain little or nothing."""
 
 
 def gap_of(quantity: Quantity) -> Any:
