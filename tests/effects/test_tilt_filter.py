@@ -1,5 +1,7 @@
 """The tilt filter against its differential equation, solved by scipy, and the two engines against each other."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -10,6 +12,7 @@ from twbal.core.start_pose import StartPose
 from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.gyro_bias import GyroBias
 from twbal.effects.gyro_scale import GyroScale
+from twbal.effects.imu_delay import ImuDelay
 from twbal.effects.tilt_filter import TiltFilter
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
@@ -63,6 +66,39 @@ def test_it_shows_what_firmware_makes_of_readings_at_the_ends_of_its_periods(pap
     for tilt, tilt_rate in zip(tilts[1:], rates[1:], strict=True):
         expected.append((1.0 - share) * (expected[-1] + PERIOD * tilt_rate) + share * tilt)
     np.testing.assert_allclose(shown, expected, atol=0.05 * np.ptp(expected))
+
+
+@pytest.mark.parametrize("late", [0.005, 0.01, 0.0135, 0.03])
+def test_the_filter_of_a_late_imu_adds_up_late_readings(paper, late):
+    """Torques that change once a period bend the tilt rate between late readings, whose sum does not see that.
+
+    The planar robot without sensors tells its motion at each physics step. Late readings of it are added up here, and
+    beside that the turns between them. A sum that sees all would differ from the filter's by a random walk.
+    """
+    steps, step, rate = 40, PERIOD / 40, 0.2
+    drawn, start = np.random.default_rng(2).standard_normal(200), StartPose(0.0, 0.0, 0.0, 0.0)
+    settings = {"start": start, "physics_step": step, "seed": 0}
+    fine, commands = PlanarPlant(robot=replace(paper, control_period=step), effects=[], **settings), []
+    rows = [fine.reset(0)]
+    for each in drawn:  # pushed about, and held upright
+        seen = rows[-1]
+        speed = paper.wheel_radius * (seen.wheel_rate + seen.tilt_rate)
+        commands.append(float(0.5 * each + 80.0 * seen.tilt + 14.0 * seen.tilt_rate + 6.0 * speed))
+        rows += [fine.step(commands[-1]) for _ in range(steps)]
+    motion = np.array(rows)
+    at = np.maximum(steps * np.arange(len(commands) + 1) - round(late / step), 0)
+    tilt, tilt_rate = motion[at, 1], motion[at, 2]
+    forward = np.diff(paper.wheel_radius * (motion[at, 5] + tilt_rate)) / PERIOD
+    lean = tilt[1:] - np.arctan2(forward, GRAVITY)
+    turns = np.diff(tilt) + 0.5 * PERIOD * np.diff(tilt_rate)
+    share, of_readings, of_turns = rate * PERIOD / (1.0 + rate * PERIOD), [tilt[0]], [tilt[0]]
+    for n, turned in enumerate(turns):
+        for shown, by in ((of_readings, PERIOD * tilt_rate[n + 1]), (of_turns, turned)):
+            shown.append((1.0 - share) * (shown[-1] + by) + share * lean[n])
+    filters = [TiltFilter(np.log1p(rate * PERIOD) / PERIOD, 0.5 * PERIOD), ImuDelay(late)]
+    with PlanarPlant(robot=paper, effects=filters, **settings) as plant:
+        found = np.array([plant.reset(0).tilt, *(plant.step(u).tilt for u in commands)])
+    assert np.std(found - of_readings) < 0.2 * np.std(found - of_turns)
 
 
 def test_a_filter_that_never_follows_the_accelerometer_shows_the_truth():

@@ -90,7 +90,7 @@ def gaps(robot, name, start, physics_step, drive):
                 tilt_rate=seen.tilt_rate,
                 wheel_speed=seen.wheel_rate + seen.tilt_rate,
             )
-            imu = np.zeros((substeps, 3))
+            imu = np.zeros((substeps, 4))
             state = hold(planar, k, state, np.array(commands), len(rows), substeps, STRAIGHT, imu, EVEN)
             seen = plant.step(command)
             rate = state.wheel_speed - state.tilt_rate

@@ -14,7 +14,7 @@ from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.effects.effect import Effect, Place, SensorEffect, SensorTerm
 from twbal.effects.parameter import adds_to, parameter
 
-_FORGETTING = 0.2  # 1/s; from which on all that a sum does not see counts: a filter that never forgets would add it up
+_FORGETTING = 0.02  # 1/s; from which on all that a sum does not see counts: a filter that never forgets would add it up
 HIGHEST = 4.0
 """Radii of the wheels within which an accelerometer is above or below the axle."""
 
@@ -28,8 +28,9 @@ class TiltFilter(SensorEffect):
     tilt is off by e, with e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles runs ahead of the tilt by T/2;
     an accelerometer at the height h above the axle feels h·θ'' as well, which takes rate·h/g from that. So `lead` tells
     its height, within four radii of the wheels, and with it the direction where motions are fast. A torque that comes
-    late bends the tilt rate within a period, which a sum does not see: that is a further part of e. So is what a biased
-    or scaled gyro shows beyond θ'. It acts on the measured tilt.
+    late bends the tilt rate within a period, which a sum does not see: that is a further part of e. A torque on time
+    does the same where the readings are late (`imu_delay`), which the planar model alone knows of. What a biased or
+    scaled gyro shows beyond θ' is a part of e, too. It acts on the measured tilt.
     """
 
     rate: float = parameter(
@@ -98,7 +99,8 @@ class _Fusion(NamedTuple):
             if before is not None and (rate > 0.0 or lead != 0.0):
                 faster = now.tilt_rate - before.tilt_rate
                 pushed = lead * faster - rate * (now.speed - before.speed) / GRAVITY
-                pushed += beyond_linear(rate, lead, self.highest, control_period, before, now)
+                unseen = unseen_turn(control_period, before, now)
+                pushed += beyond_linear(rate, lead, self.highest, control_period, before, now, unseen)
                 if rate > 0.0:
                     both = wrong_rate(truth, before.tilt_rate) + wrong_rate(truth, truth.tilt_rate)
                     pushed += 0.5 * control_period * both
@@ -123,8 +125,13 @@ class PitchMotion(NamedTuple):
     speed: float
 
 
+def unseen_turn(period: float, before: PitchMotion, now: PitchMotion) -> float:
+    """By how much the mean of the tilt rate at both ends of a period tells too large a turn [rad]; also compiled."""
+    return 0.5 * period * (before.tilt_rate + now.tilt_rate) - (now.tilt - before.tilt)
+
+
 def beyond_linear(
-    rate: float, lead: float, highest: float, period: float, before: PitchMotion, now: PitchMotion
+    rate: float, lead: float, highest: float, period: float, before: PitchMotion, now: PitchMotion, unseen: float
 ) -> float:
     """What a filter makes of a control period beyond lead·Δθ' - rate·Δv/g; also compiled for the planar model [rad].
 
@@ -133,10 +140,10 @@ def beyond_linear(
         highest: height above or below the axle at which its accelerometer may be [m].
         period: [s].
         before, now: the motion at the beginning of the period and at its end.
+        unseen: as of `unseen_turn`, of the readings that the filter adds up [rad].
     """
     faster_tilt, faster = now.tilt_rate - before.tilt_rate, now.speed - before.speed
-    bend = 0.5 * period * (before.tilt_rate + now.tilt_rate) - (now.tilt - before.tilt)
-    bend *= min(rate / _FORGETTING, 1.0)
+    bend = unseen * min(rate / _FORGETTING, 1.0)
     if rate == 0.0:
         return bend
     height = min(max((0.5 * period - lead) * GRAVITY / rate, -highest), highest)

@@ -55,7 +55,7 @@ def hold(
         past: control periods before this one.
         substeps: physics steps of a period.
         turning: at the period's start; its rate stays.
-        imu: (N, 3), as of `read_sensors`.
+        imu: (N, 4), as of `read_sensors`.
         instants: (T + 1,) of an uneven loop, at which its periods begin and its commands come [s]; `EVEN` of an even
             one, whose periods have the length of this one.
     """
@@ -77,12 +77,13 @@ def hold(
             ramped, demanded = slew_limited(ramped, demanded, k.slew)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate, cosine, sine)
         cosine, sine = cosine * by.cosine - sine * by.sine, sine * by.cosine + cosine * by.sine
+        before = s
         s = step(p, k, s, demanded + k.fade * (reached - demanded), time, now)
         if rarely(k.slope != 0.0 and turning.rate != 0.0):
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate, cosine, sine))
         reached += k.lag * (demanded - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
-        see(p, k, s, imu, row, kept, time + k.step)
+        see(p, k, before, s, imu, row, kept, time + k.step)
     if rarely(k.filter.rate > 0.0 or k.filter.lead != 0.0):
         fuse(k, first, s, k.step * substeps, imu, row)
     return PlanarState(

@@ -8,7 +8,7 @@ from twbal.core.compiled import kernel, rarely
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
-from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear
+from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear, unseen_turn
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState
@@ -31,23 +31,27 @@ def filtered_tilt(k: Constants, s: PlanarState, forgotten: float) -> float:
 
 @kernel()
 def imu_settled(k: Constants, s: PlanarState, rows: int) -> Array:
-    """The IMU's past (rows, 3) where it has always seen the state `s`.
+    """The IMU's past (rows, 4) where it has always seen the state `s`.
 
-    Its columns are the tilt behind the filter that it has, the tilt rate, and what that filter has forgotten of
-    what misleads it [rad].
+    Its columns are the tilt behind the filter that it has, the tilt rate, what that filter has forgotten of what
+    misleads it [rad], and the tilt rate without what corrected the state at once: of it the changes count alone.
     """
-    imu = np.empty((rows, 3))
-    imu[:, 0], imu[:, 1], imu[:, 2] = s.tilt, s.tilt_rate, _misleading(k, s)
+    imu = np.empty((rows, 4))
+    imu[:, 0], imu[:, 1], imu[:, 2], imu[:, 3] = s.tilt, s.tilt_rate, _misleading(k, s), s.tilt_rate
     return imu
 
 
 @kernel(is_inlined=True)
-def see(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, row: int, kept: float, time: float) -> None:
+def see(
+    p: PlanarParameters, k: Constants, before: PlanarState, s: PlanarState, imu: Array, row: int, kept: float,
+    time: float,
+) -> None:  # fmt: skip
     """Write to the ring what the IMU sees of a state.
 
     Args:
         p: the planar model.
         k: its constants.
+        before: state a physics step ago.
         s: state now.
         imu: as of `read_sensors`.
         row: of the ring, which is written.
@@ -63,9 +67,10 @@ def see(p: PlanarParameters, k: Constants, s: PlanarState, imu: Array, row: int,
         gyro = sense(p, Reading(0.0, s.tilt_rate, 0.0, 0.0), time).tilt_rate  # which the filter adds up
         imu[row, 2] -= k.step * (gyro - s.tilt_rate)
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
+    imu[row, 3] = imu[last, 3] + (s.tilt_rate - before.tilt_rate)
 
 
-_beyond_linear = kernel()(beyond_linear)
+_unseen_turn, _beyond_linear = kernel()(unseen_turn), kernel()(beyond_linear)
 
 
 @kernel(is_inlined=True)
@@ -78,6 +83,9 @@ def _felt(k: Constants, s: PlanarState, faster_tilt: float) -> PitchMotion:
 def fuse(k: Constants, before: PlanarState, s: PlanarState, period: float, imu: Array, row: int) -> None:
     """Add what a filter of the tilt makes of a control period beyond what is linear; see `TiltFilter`.
 
+    The filter of an IMU that is late adds up late readings of the gyro. So what their sum does not see is that of a
+    late period; it is in all that the filter has shown since.
+
     Args:
         k: constants of the planar model, with a filter of the tilt.
         before: state at the beginning of the period.
@@ -88,8 +96,40 @@ def fuse(k: Constants, before: PlanarState, s: PlanarState, period: float, imu: 
     """
     first, last = _felt(k, before, 0.0), _felt(k, s, s.tilt_rate - before.tilt_rate)
     highest = HIGHEST * k.radius
-    imu[row, 2] -= _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last)
+    late = k.imu_delay / k.step if k.filter.rate > 0.0 else 0.0  # else no sum, and nothing that it does not see
+    unseen = _unseen_turn(period, first, last) if late == 0.0 else _late_turn(k, period, imu, row)
+    change = _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last, unseen)
+    if rarely(late > 0.0):
+        for back in range(1, min(floor(late) + 2, len(imu) - 1)):
+            imu[row - back, 2] -= change
+            imu[row - back, 0] += change
+    imu[row, 2] -= change
     imu[row, 0] = filtered_tilt(k, s, imu[row, 2])
+
+
+@kernel()
+def _late_turn(k: Constants, period: float, imu: Array, row: int) -> float:
+    """As `unseen_turn`, of a period that ended when an IMU that is late has last seen the robot [rad].
+
+    Args:
+        k: constants of the planar model, with an IMU that is late.
+        period: control period [s].
+        imu: as of `read_sensors`.
+        row: of the ring, which is of now.
+    """
+    steps = round(period / k.step)
+    back = k.imu_delay / k.step
+    whole = floor(back)
+    share = back - whole
+    if whole + steps + 2 > len(imu):
+        return 0.0
+    first = (1.0 - share) * imu[row - whole - steps, 3] + share * imu[row - whole - steps - 1, 3]
+    last = (1.0 - share) * imu[row - whole, 3] + share * imu[row - whole - 1, 3]
+    turned = 0.0
+    for i in range(steps):
+        turned += (1.0 - share) * imu[row - whole - i, 3] + share * imu[row - whole - i - 1, 3]
+    turned -= 0.5 * (last - first)  # angles run ahead of rates by half a physics step
+    return float(0.5 * period * (first + last) - k.step * turned)
 
 
 @kernel(is_inlined=True)
@@ -112,7 +152,7 @@ def read_sensors(
         p: the planar model.
         k: its constants.
         s: state now.
-        imu: (N, 3), a ring: row i % N holds what the IMU sees after i physics steps, `steps` being now; see
+        imu: (N, 4), a ring: row i % N holds what the IMU sees after i physics steps, `steps` being now; see
             `imu_settled`.
         steps: physics steps since the rollout began.
         lead: time by which the integrator's angles run ahead of the truth [s]; 0 to read what the integrator has.

@@ -59,7 +59,7 @@ def _run(
     """
     h = period / substeps
     k = constants(p, h)
-    imu = np.empty((_RING * substeps, 3))
+    imu = np.empty((_RING * substeps, 4))
     steps = predicted.shape[1]
     for j in range(len(starts)):
         n, d = int(starts[j]), off[j]
@@ -74,6 +74,7 @@ def _run(
             for c in range(2):
                 off_now = d[2 * c] if age == 0 else d[2 + near + c]
                 imu[row, c] += (1.0 - share) * off_now + share * d[2 + far + c]
+            imu[row, 3] = imu[row, 1]
         s = moved(_state(states[n]), k, d[0], d[1], d[2], d[3], sine_and_cosine(heading[n]))
         fell[j] = steps + 1
         for m in range(steps):
