@@ -184,7 +184,6 @@ _DIAGNOSE_EV3 = (
     "twbal diagnose --config-dir=data/ev3 robot=ev3 sim=ev3 episodes=outputs/import-log/... diagnosis=real_logs "
     "diagnosis.tolerances.rough=0.3"
 )
-_LATE = "+effect@sim.effects.imu_delay=imu_delay sim.effects.imu_delay.delay=0.03"
 
 TABLE: Mapping[str, How] = {
     # docs/regbot.md
@@ -199,12 +198,6 @@ TABLE: Mapping[str, How] = {
     _IMPORT_EV3: Stage(small=("hydra.run.dir=outputs/import-log/ev3",)),
     _DIAGNOSE_EV3: Stage(
         _EV3_RUN, small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3"), slow=True, after=(_IMPORT_EV3,)
-    ),
-    f"{_DIAGNOSE_EV3} {_LATE}": Stage(  # the made-up log does not move as a robot with such a late IMU
-        {**_EV3_RUN, "delay=0.03": "delay=0.003"},
-        small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3_late"),
-        slow=True,
-        after=(_IMPORT_EV3,),
     ),
     # README
     "make run": Make(),

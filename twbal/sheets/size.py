@@ -7,7 +7,7 @@ from twbal.sheets.questions import Question, Values
 
 _MOST_TORQUE = 16.0  # times m g r; of packaged robots the Balboa has most, 15
 _USUAL_TORQUE = 0.5  # times the same; with less a robot hardly drives
-_MOST_WHEEL_INERTIA = 3.0  # times m r² of the whole robot; of packaged robots the Balboa has most, 0.4
+_MOST_WHEEL_INERTIA = 10.0  # times m r² of the whole robot; with its geared rotors an EV3 segway has 4.5
 _LEAST_GYRATION = 5e-3  # radius of gyration of a body [m]; that of a cube of 12 mm
 _MOST_LENGTH = 25.0  # times the wheels' radius; of packaged robots the esp32 has the widest track, 7.4
 _LEAST_BODY = 0.5  # times the mass of a wheel; of packaged robots the paper's has the lightest body, 10
