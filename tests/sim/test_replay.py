@@ -31,12 +31,14 @@ from twbal.effects.periodic_disturbance import PeriodicDisturbance
 from twbal.effects.presliding import Presliding
 from twbal.effects.rolling_resistance import RollingResistance
 from twbal.effects.rotor_inertia import RotorInertia
+from twbal.effects.stribeck_friction import StribeckFriction
 from twbal.effects.tilt_filter import TiltFilter
 from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.planar.constants import constants
 from twbal.planar.parameters import planar_parameters
 from twbal.planar.planar_plant import PlanarPlant, drive_on, standing
+from twbal.planar.planar_state import PlanarState
 from twbal.planar.sensing import imu_settled
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
@@ -212,6 +214,30 @@ def test_a_robot_turns_as_it_was_measured_to(robot):
     moved = np.ptp(expected, axis=0)
     assert (np.abs(found - expected).max(axis=0) < 0.02 * moved).all()
     assert (np.abs(straight - expected).max(axis=0) > 0.1 * moved).any()
+
+
+@pytest.mark.parametrize("bending", [[], [Presliding(0.005)]], ids=["rigid", "bends first"])
+def test_each_wheel_of_a_turning_robot_has_the_friction_of_its_own_rate(robot, bending):
+    """One wheel is slow, where its friction is great, and the other fast."""
+    effects, periods, turning = [StribeckFriction(0.05, 0.4, 2.0), *bending], 25, 0.8
+    yaw_rates, commands = np.full(EARLIEST + periods + 1, turning), np.full(EARLIEST + periods, 0.3)
+    measured, known = np.zeros((len(yaw_rates), 4)), np.ones(len(yaw_rates), dtype=bool)
+    ride = Recording("ride", robot.control_period, commands, measured, yaw_rates, known, np.ones(4, dtype=bool))
+    rate = 0.5 * robot.track * turning / robot.wheel_radius + 2.0
+    states = np.zeros((len(yaw_rates), STATE_COLUMNS))
+    states[:, PlanarState._fields.index("wheel_speed")] = rate
+    planar, start, off = planar_parameters(robot, values_of(effects)), np.array([EARLIEST]), np.zeros((1, 8))
+    substeps = round(robot.control_period / STEP)
+    expected = predict_open_loop(planar, ride, substeps, states, start, off, periods, np.inf).readings[0]
+    initial = InitialState(0.0, 0.0, robot.wheel_radius * rate)
+    restart = RestartState(0.0, heading=float(ride.heading[EARLIEST]), yaw_rate=turning)
+    turned = ReplayStart(initial, restart, np.zeros(EARLIEST), np.zeros((0, 3)), yaw_rates[EARLIEST:])
+    straight = replace(turned, yaw_rates=np.zeros(periods + 1), restart=restart._replace(yaw_rate=0.0))
+    held = np.repeat(commands[None, EARLIEST:], 2, axis=0)
+    found, alike = replay(robot, effects, STEP, [turned, straight], held)[:, 1:][:, :, SEEN]
+    moved = np.ptp(expected, axis=0)
+    assert (np.abs(found - expected).max(axis=0) < 0.02 * moved).all()
+    assert (np.abs(alike - expected).max(axis=0) > 0.1 * moved).all()
 
 
 def test_what_firmware_adds_to_wheels_that_turn_opposite_ways_cancels(robot):

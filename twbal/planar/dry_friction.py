@@ -16,6 +16,15 @@ Rounds seldom come to the very same digits twice: they end in changes of the las
 
 
 @kernel(is_inlined=True)
+def wheel_bound(k: Constants, rate: float) -> float:
+    """Largest dry friction in the joint of one wheel at its rate relative to the body [rad/s], [N·m]."""
+    if not rarely(k.dry.breakaway > 0.0):
+        return k.dry.coulomb
+    share = rate / k.dry.stribeck_rate
+    return k.dry.coulomb + k.dry.breakaway * exp(-share * share)
+
+
+@kernel(is_inlined=True)
 def joint_bound(k: Constants, relative: float, apart: float) -> float:
     """Largest dry friction of both joints together [N·m].
 
@@ -24,12 +33,7 @@ def joint_bound(k: Constants, relative: float, apart: float) -> float:
         relative: mean rate of the wheels relative to the body [rad/s].
         apart: by which one wheel is faster than that and the other slower [rad/s].
     """
-    bound = 2.0 * k.dry.coulomb
-    if rarely(k.dry.breakaway > 0.0):
-        for rate in (relative + apart, relative - apart):
-            share = rate / k.dry.stribeck_rate
-            bound += k.dry.breakaway * exp(-share * share)
-    return bound
+    return wheel_bound(k, relative - apart) + wheel_bound(k, relative + apart)
 
 
 @kernel(is_inlined=True)

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import cut, rub
+from twbal.planar.dry_friction import cut, rub, wheel_bound
 from twbal.planar.planar_state import PlanarState, Turning
 
 
@@ -14,7 +14,7 @@ class Bristles(NamedTuple):
     Attributes:
         left, right: impulses that it would have if the bristles stayed as they are [N·m·s].
         left_stiffness, right_stiffness: by which these change with the wheels' rates [kg·m²].
-        bound: of each impulse [N·m·s].
+        left_bound, right_bound: of these impulses at the wheels' rates [N·m·s].
         apart: by which the right wheel is faster than the mean, and the left one slower [rad/s].
     """
 
@@ -22,7 +22,8 @@ class Bristles(NamedTuple):
     right: float
     left_stiffness: float
     right_stiffness: float
-    bound: float
+    left_bound: float
+    right_bound: float
     apart: float
 
 
@@ -32,45 +33,52 @@ class Contact(NamedTuple):
     Attributes:
         rate: mean of the wheels there at the end of the step, without friction [rad/s].
         inertia: against which an impulse on both changes that rate [kg·m²].
-        bound: of the impulse on both at the rate of the wheels [N·m·s].
     """
 
     rate: float
     inertia: float
-    bound: float
 
 
-RIGID = Bristles(0.0, 0.0, 0.0, 0.0, -1.0, 0.0)
+RIGID = Bristles(0.0, 0.0, 0.0, 0.0, -1.0, -1.0, 0.0)
 """Of dry friction that holds at once: it has no bristles."""
 
 
 @kernel(is_inlined=True)
-def _bristles(k: Constants, left: float, right: float, at: Contact, at_rest: float, apart: float) -> Bristles:
+def _stiffness(k: Constants, impulse: float, bound: float, at_rest: float, rate: float) -> float:
+    """By which the impulse of one wheel's friction changes with its rate [kg·m²]; arguments as of `_bristles`."""
+    if bound <= 0.0:
+        return 0.0
+    return k.step * at_rest / k.dry.presliding * (1.0 + impulse / bound if rate > 0.0 else 1.0 - impulse / bound)
+
+
+@kernel(is_inlined=True)
+def _bristles(
+    k: Constants, torques: tuple[float, float], at: Contact, bounds: tuple[float, float], at_rest: float, apart: float
+) -> Bristles:
     """Dry friction at the start of a step.
 
     Over an angle x of the wheel its torque τ changes by dτ/dx = -(S / s) (1 + (τ / F) sgn ẋ), F being its bound at the
-    rate of the wheels, S that at rest, and s the angle of the presliding. (Where F is S: P. R. Dahl: Solid friction
+    rate of the wheel, S that at rest, and s the angle of the presliding. (Where F is S: P. R. Dahl: Solid friction
     damping of mechanical vibrations, AIAA Journal 14 (12), 1976. Else: C. Canudas de Wit, H. Olsson, K. J. Åström,
     P. Lischinsky: A new model for control of systems with friction, IEEE Trans. Automatic Control 40 (3), 1995.)
 
     Args:
         k: constants of the planar model.
-        left, right: torques of the friction in the step before [N·m].
+        torques: of the friction of the left wheel and the right one in the step before [N·m].
         at: where it acts.
-        at_rest: bound of the impulse on both at rest [N·m·s].
+        bounds: of the impulses on the left wheel and the right one [N·m·s].
+        at_rest: bound of the impulse on each at rest [N·m·s].
         apart: as of `Bristles`.
     """
-    half, steepness = 0.5 * at.bound, 0.0
-    if at.bound > 0.0:
-        steepness = k.step * at_rest / (at.bound * k.dry.presliding)
-    left, right = cut(k.step * left, half), cut(k.step * right, half)
+    left, right = cut(k.step * torques[0], bounds[0]), cut(k.step * torques[1], bounds[1])
     mean = at.rate + (left + right) / at.inertia
     return Bristles(
         left,
         right,
-        steepness * (half + left if mean > apart else half - left),
-        steepness * (half + right if mean > -apart else half - right),
-        half,
+        _stiffness(k, left, bounds[0], at_rest, mean - apart),
+        _stiffness(k, right, bounds[1], at_rest, mean + apart),
+        bounds[0],
+        bounds[1],
         apart,
     )
 
@@ -82,24 +90,26 @@ def frictions(
     """The dry friction of the joints and of the ground at the start of a step that ends as `joint` and `ground` say."""
     if not rarely(k.dry.presliding > 0.0):
         return RIGID, RIGID
-    at_rest, apart = 2.0 * k.step * (k.dry.coulomb + k.dry.breakaway), k.apart * turning.rate
+    relative, apart = s.wheel_speed - s.tilt_rate, k.apart * turning.rate
+    bounds = k.step * wheel_bound(k, relative - apart), k.step * wheel_bound(k, relative + apart)
+    rolling = k.step * k.dry.rolling
     return (
-        _bristles(k, s.left_joint, s.right_joint, joint, at_rest, apart),
-        _bristles(k, s.left_ground, s.right_ground, ground, ground.bound, apart),
+        _bristles(k, (s.left_joint, s.right_joint), joint, bounds, k.step * wheel_bound(k, 0.0), apart),
+        _bristles(k, (s.left_ground, s.right_ground), ground, (rolling, rolling), rolling, apart),
     )
 
 
 @kernel(is_inlined=True)
 def _impulses(b: Bristles, rate: float) -> tuple[float, float]:
     """Impulses of the friction on the left wheel and the right one by their mean rate at a step's end [N·m·s]."""
-    left = cut(b.left - b.left_stiffness * (rate - b.apart), b.bound)
-    return left, cut(b.right - b.right_stiffness * (rate + b.apart), b.bound)
+    left = cut(b.left - b.left_stiffness * (rate - b.apart), b.left_bound)
+    return left, cut(b.right - b.right_stiffness * (rate + b.apart), b.right_bound)
 
 
 @kernel(is_inlined=True)
 def rub_or_bend(so_far: float, rate: float, inertia: float, bound: float, apart: float, b: Bristles) -> float:
     """Change of the dry friction's impulse on both wheels; arguments as of `dry_friction.rub`, and its bristles."""
-    if not rarely(b.bound >= 0.0):
+    if not rarely(b.left_bound >= 0.0):
         return rub(so_far, rate, inertia, bound, apart)
     grown = b.left + b.right + (b.left_stiffness - b.right_stiffness) * b.apart
     stiffness = b.left_stiffness + b.right_stiffness
@@ -110,7 +120,7 @@ def rub_or_bend(so_far: float, rate: float, inertia: float, bound: float, apart:
 @kernel(is_inlined=True)
 def torques(k: Constants, b: Bristles, rate: float) -> tuple[float, float]:
     """Friction of the left wheel and the right one by their mean rate at a step's end [N·m]; 0 without bristles."""
-    if not rarely(b.bound >= 0.0):
+    if not rarely(b.left_bound >= 0.0):
         return 0.0, 0.0
     left, right = _impulses(b, rate)
     return left / k.step, right / k.step

@@ -41,7 +41,7 @@ def roll(
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.dry.rolling
     of_joint, of_ground = determinant / (a + 2.0 * coupling + c), determinant / c  # inertias against their changes
-    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint, joint), Contact(wheel_speed, of_ground, ground)
+    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint), Contact(wheel_speed, of_ground)
     in_joints, on_ground = frictions(k, s, at_joint, at_ground, turning)
     if joint > 0.0 or ground > 0.0 or loose:
         contact = rubbing = rolling = 0.0

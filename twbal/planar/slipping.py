@@ -79,7 +79,7 @@ def slide(
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * k.dry.rolling
     of_joint, of_wheels = 1.0 / (m.wheels - 2.0 * m.body_wheels + m.body), 1.0 / m.wheels
-    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint, joint), Contact(wheel_speed, of_wheels, ground)
+    at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint), Contact(wheel_speed, of_wheels)
     in_joints, on_ground = frictions(k, s, at_joint, at_ground, turning)
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):

@@ -144,13 +144,13 @@ class BulletRobot:
             angle, rate, *_ = self._client.getJointState(self._id, wheel)
             self._client.resetJointState(self._id, wheel, angle, rate + side * by)
 
-    def hold(self, rate: float) -> None:
-        """Let the joints hold as far as dry friction does at a rate of the wheels relative to the body [rad/s].
+    def hold(self) -> None:
+        """Let each joint hold as far as dry friction does at the rate of its wheel relative to the body.
 
         Friction that grows over an angle is a torque of its own (`presliding.Bristles`).
         """
-        force = 0.0 if self._drive.presliding else self._drive.dry_friction(rate)
-        for wheel in _WHEELS:
+        for wheel, (_, rate, *_) in zip(_WHEELS, self._client.getJointStates(self._id, _WHEELS), strict=True):
+            force = 0.0 if self._drive.presliding else self._drive.dry_friction(rate)
             self._client.setJointMotorControl2(
                 self._id, wheel, pybullet.VELOCITY_CONTROL, targetVelocity=0, force=force
             )

@@ -92,8 +92,9 @@ class Gears:
         """Dry friction in the left joint and the right one in the next step [N·m], where it grows over an angle."""
         if self._bristles is None:
             return 0.0, 0.0
-        bound, at_rest = (self._drive.dry_friction(rate) for rate in (motion.wheel_rate, 0.0))
-        return self._bristles.rub(motion.wheel_rate, motion.yaw_rate, bound, at_rest)
+        rate, apart, friction = motion.wheel_rate, self._bristles.apart(motion.yaw_rate), self._drive.dry_friction
+        bounds = friction(rate - apart), friction(rate + apart)
+        return self._bristles.rub(rate, motion.yaw_rate, bounds, friction(0.0))
 
     def turn_rotors(self, torque: float, motion: RobotMotion) -> tuple[float, float]:
         """Torques on the wheels and on the body by which geared rotors couple them, for one physics step [N·m].

@@ -29,7 +29,11 @@ class Bristles:
         self._torques = torques
         self._rate_before: float | None = None
 
-    def rub(self, rate: float, yaw_rate: float, bound: float, at_rest: float) -> tuple[float, float]:
+    def apart(self, yaw_rate: float) -> float:
+        """By which the right wheel is faster than the mean of both, and the left one slower [rad/s]."""
+        return self._apart * yaw_rate
+
+    def rub(self, rate: float, yaw_rate: float, bounds: tuple[float, float], at_rest: float) -> tuple[float, float]:
         """Torques on the left wheel and the right one in the next physics step [N·m].
 
         What else moves the wheels is taken to be as in the step before.
@@ -37,16 +41,16 @@ class Bristles:
         Args:
             rate: mean of the wheels [rad/s].
             yaw_rate: of the robot, to the left [rad/s].
-            bound: of the torque on each wheel at that rate [N·m].
-            at_rest: the same at rest.
+            bounds: of the torques on the left wheel and the right one at their rates [N·m].
+            at_rest: the same of each at rest.
         """
         expected = rate if self._rate_before is None else 2.0 * rate - self._rate_before
         self._rate_before = rate
         left, right = self._torques
-        apart = self._apart * yaw_rate
+        apart = self.apart(yaw_rate)
         self._torques = (
-            self._grown(left, expected - apart, bound, at_rest),
-            self._grown(right, expected + apart, bound, at_rest),
+            self._grown(left, expected - apart, bounds[0], at_rest),
+            self._grown(right, expected + apart, bounds[1], at_rest),
         )
         return self._torques
 

@@ -77,7 +77,7 @@ class OutsideForces:
         torque = -self._viscous * rate
         if self._bristles:
             of_each = 0.5 * self._bound
-            torque += sum(self._bristles.rub(rate, motion.yaw_rate, of_each, of_each))
+            torque += sum(self._bristles.rub(rate, motion.yaw_rate, (of_each, of_each), of_each))
         elif self._bound:
             stop = rate * self._stopping
             self._held = cut(self._held - _SHARE * stop, self._bound)

@@ -88,7 +88,7 @@ class World(Engine):
         self._vertical = (sin(slope) * cos(heading), -sin(slope) * sin(heading), cos(slope))
         self._client.setGravity(*(-GRAVITY * part for part in self._vertical))
         self._robot.place(initial, rising=atan2(self._vertical[0], self._vertical[2]))
-        self._robot.hold(0.0)
+        self._robot.hold()
 
     def _glide(self) -> tuple[float, float]:
         """Take one physics step without torque and return the accelerations of wheels and body in it [rad/s²]."""
@@ -155,7 +155,7 @@ class World(Engine):
             joint = JointMotion(motion.wheel_angle, motion.wheel_rate, apart, 1.0, apart_rate)
             torque = effect_state.turn(torque, joint)
         if self._gears.friction_changes:
-            self._robot.hold(motion.wheel_rate)
+            self._robot.hold()
         self._robot.swing()
         passed = self._gears.pass_on(torque, motion)
         self._robot.drive(passed, self._gears.rub(motion))
