@@ -21,6 +21,7 @@ from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.effect import assemble
 from twbal.effects.flexible_frame import FlexibleFrame
 from twbal.effects.friction_feedforward import FrictionFeedforward
+from twbal.effects.gear_efficiency import GearEfficiency
 from twbal.effects.ground_slope import GroundSlope
 from twbal.effects.gyro_bias import GyroBias
 from twbal.effects.gyro_scale import GyroScale
@@ -41,6 +42,7 @@ from twbal.planar.planar_plant import PlanarPlant, drive_on, standing
 from twbal.planar.planar_state import PlanarState
 from twbal.planar.sensing import imu_settled
 from twbal.sim.bullet_plant import SimPlant
+from twbal.sim.gears import Gears
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.restart_state import RestartState
 from twbal.sim.world import World
@@ -216,28 +218,68 @@ def test_a_robot_turns_as_it_was_measured_to(robot):
     assert (np.abs(straight - expected).max(axis=0) > 0.1 * moved).any()
 
 
-@pytest.mark.parametrize("bending", [[], [Presliding(0.005)]], ids=["rigid", "bends first"])
-def test_each_wheel_of_a_turning_robot_has_the_friction_of_its_own_rate(robot, bending):
-    """One wheel is slow, where its friction is great, and the other fast."""
-    effects, periods, turning = [StribeckFriction(0.05, 0.4, 2.0), *bending], 25, 0.8
-    yaw_rates, commands = np.full(EARLIEST + periods + 1, turning), np.full(EARLIEST + periods, 0.3)
+TURNING = {
+    "friction by the rate of each wheel": [StribeckFriction(0.05, 0.4, 2.0)],
+    "friction that bends first": [StribeckFriction(0.05, 0.4, 2.0), Presliding(0.005)],
+    "rolling resistance": [RollingResistance(0.1)],
+    "slope": [GroundSlope(0.08)],
+}
+
+
+def turned(robot, effects, commands, rate, turning):
+    """Courses of a robot that turns: in the physics engine, there without turning, and of the planar model."""
+    periods = len(commands)
+    yaw_rates, held = np.full(EARLIEST + periods + 1, turning), np.concatenate([np.zeros(EARLIEST), commands])
     measured, known = np.zeros((len(yaw_rates), 4)), np.ones(len(yaw_rates), dtype=bool)
-    ride = Recording("ride", robot.control_period, commands, measured, yaw_rates, known, np.ones(4, dtype=bool))
-    rate = 0.5 * robot.track * turning / robot.wheel_radius + 2.0
+    ride = Recording("ride", robot.control_period, held, measured, yaw_rates, known, np.ones(4, dtype=bool))
     states = np.zeros((len(yaw_rates), STATE_COLUMNS))
     states[:, PlanarState._fields.index("wheel_speed")] = rate
     planar, start, off = planar_parameters(robot, values_of(effects)), np.array([EARLIEST]), np.zeros((1, 8))
     substeps = round(robot.control_period / STEP)
     expected = predict_open_loop(planar, ride, substeps, states, start, off, periods, np.inf).readings[0]
-    initial = InitialState(0.0, 0.0, robot.wheel_radius * rate)
     restart = RestartState(0.0, heading=float(ride.heading[EARLIEST]), yaw_rate=turning)
-    turned = ReplayStart(initial, restart, np.zeros(EARLIEST), np.zeros((0, 3)), yaw_rates[EARLIEST:])
-    straight = replace(turned, yaw_rates=np.zeros(periods + 1), restart=restart._replace(yaw_rate=0.0))
-    held = np.repeat(commands[None, EARLIEST:], 2, axis=0)
-    found, alike = replay(robot, effects, STEP, [turned, straight], held)[:, 1:][:, :, SEEN]
-    moved = np.ptp(expected, axis=0)
-    assert (np.abs(found - expected).max(axis=0) < 0.02 * moved).all()
-    assert (np.abs(alike - expected).max(axis=0) > 0.1 * moved).all()
+    initial = InitialState(0.0, 0.0, robot.wheel_radius * rate)
+    turns = ReplayStart(initial, restart, np.zeros(EARLIEST), np.zeros((0, 3)), yaw_rates[EARLIEST:])
+    straight = replace(turns, yaw_rates=np.zeros(periods + 1), restart=restart._replace(yaw_rate=0.0))
+    found, alike = replay(robot, effects, STEP, [turns, straight], np.array([commands, commands]))[:, 1:][:, :, SEEN]
+    return found, alike, expected
+
+
+@pytest.mark.parametrize("kind", TURNING)
+def test_a_robot_that_turns_moves_as_the_planar_model_says(robot, kind):
+    turning = 1.5 if kind == "slope" else 0.8
+    apart = 0.5 * robot.track * turning / robot.wheel_radius
+    rate = 0.5 * apart if kind == "rolling resistance" else apart + 2.0  # else no wheel rolls backward
+    found, alike, expected = turned(robot, TURNING[kind], np.full(20, 0.3), rate, turning)
+    off, moved = np.abs(found - expected).max(axis=0), np.ptp(expected, axis=0)
+    assert (off < 0.03 * moved).all()
+    assert (np.abs(alike - expected).max(axis=0) > 5.0 * off).all()
+
+
+IN_THE_GEARS = {
+    "cogging": [Backlash(0.05, 0.4), Cogging(0.3, 12.0, 0.5)],
+    "a loss of torque": [Backlash(0.05, 0.4), GearEfficiency(0.5)],
+}
+
+
+@pytest.mark.parametrize("beside", IN_THE_GEARS)
+def test_what_is_beside_play_acts_where_the_planar_model_has_it(robot, beside):
+    """Torques of the joints act on the wheels, whatever the play."""
+    commands, step = [2.0] * 3 + [-2.0] * 3, 1e-4
+    settings = {"robot": robot, "effects": IN_THE_GEARS[beside], "start": StartPose(0.0, 0.0, 0.0, 0.0), "seed": 0}
+    courses = []
+    for simulation in (PlanarPlant, SimPlant):
+        with simulation(physics_step=step, **settings) as plant:
+            courses.append(np.array([plant.reset(0), *(plant.step(u) for u in commands)])[:, SEEN])
+    moved = np.ptp(courses[0], axis=0)
+    assert (np.abs(courses[1] - courses[0]).max(axis=0) < 0.05 * moved).all()
+
+
+def test_rotors_behind_play_have_their_share_of_geared_rotors_too(robot):
+    effects = [Backlash(0.03, 0.4), RotorInertia(0.9)]
+    planar = constants(planar_parameters(robot, values_of(effects)), STEP)
+    assert Gears(assemble(robot, effects), STEP)._play.rotors == pytest.approx(planar.play.rotors)
+    assert planar.play.rotors == pytest.approx(2 * 0.4 * robot.wheel_inertia)
 
 
 def test_what_firmware_adds_to_wheels_that_turn_opposite_ways_cancels(robot):

@@ -1,6 +1,7 @@
 """A robot under an uneven loop, by matrix exponentials: its readings are predicted where they were taken."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from twbal.planar.constants import constants, with_step
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.kalman import kalman_filter, linearise_period
-from twbal.sysid.kalman_predictor import predict
+from twbal.sysid.kalman_predictor import predict, steps_behind
 from twbal.sysid.noise import LASTING, NoiseModel
 from twbal.sysid.open_loop import predict_open_loop
 from twbal.sysid.recording import Usability, read_recordings
@@ -90,11 +91,23 @@ def test_a_mean_of_commands_is_that_of_what_acts_from_moment_to_moment():
         assert command_between(commands, instants, past, start, length) == pytest.approx(acting.mean(), abs=1e-3)
 
 
+def test_an_imu_is_late_by_a_time_whatever_the_lengths_of_the_periods():
+    rng = np.random.default_rng(4)
+    instants = 0.02 * np.concatenate([[0.0], np.cumsum(rng.uniform(0.6, 1.4, 20))])
+    steps = np.concatenate([np.linspace(a, b, 5)[:-1] for a, b in pairwise(instants)] + [instants[-1:]])  # 4 a period
+    for n in (1, 2, 5, 20):
+        for delay in (0.0, 0.003, 0.013, 0.02, 0.03):
+            behind = steps_behind(instants, n, delay, 0.02, 4)
+            before = np.arange(-20, 0) * 0.005  # as long as a mean period
+            seen = np.interp(4 * n - behind, np.arange(-20, len(steps)), np.concatenate([before, steps]))
+            assert seen == pytest.approx(instants[n] - delay, abs=1e-12)
+
+
 def test_constants_of_another_step_are_those_that_the_model_has_at_it(paper):
     effects = {"motor_lag": {"time_constant": 0.02}, "slew_limit": {"rate": 40.0}, "actuation_delay": {"delay": 0.01}}
     for having in ({}, effects):
         planar = planar_parameters(paper, having)
-        found, expected = with_step(constants(planar, 0.002), 0.0013), constants(planar, 0.0013)
+        found, expected = with_step(constants(planar, 0.002), 0.0013, 0.0), constants(planar, 0.0013)
         for name, value, true in zip(expected._fields, found, expected, strict=True):
             assert value == pytest.approx(true), name
 

@@ -99,8 +99,8 @@ class _Fusion(NamedTuple):
             if before is not None and (rate > 0.0 or lead != 0.0):
                 faster = now.tilt_rate - before.tilt_rate
                 pushed = lead * faster - rate * (now.speed - before.speed) / GRAVITY
-                unseen = unseen_turn(control_period, before, now)
-                pushed += beyond_linear(rate, lead, self.highest, control_period, before, now, unseen)
+                pushed += counted(rate) * unseen_turn(control_period, before, now)
+                pushed += beyond_linear(rate, lead, self.highest, control_period, before, now)
                 if rate > 0.0:
                     both = wrong_rate(truth, before.tilt_rate) + wrong_rate(truth, truth.tilt_rate)
                     pushed += 0.5 * control_period * both
@@ -130,23 +130,26 @@ def unseen_turn(period: float, before: PitchMotion, now: PitchMotion) -> float:
     return 0.5 * period * (before.tilt_rate + now.tilt_rate) - (now.tilt - before.tilt)
 
 
+def counted(rate: float) -> float:
+    """Share of the turns that its sum does not see, which a filter of this rate [1/s] shows; also compiled."""
+    return min(rate / _FORGETTING, 1.0)
+
+
 def beyond_linear(
-    rate: float, lead: float, highest: float, period: float, before: PitchMotion, now: PitchMotion, unseen: float
+    rate: float, lead: float, highest: float, period: float, before: PitchMotion, now: PitchMotion
 ) -> float:
-    """What a filter makes of a control period beyond lead·Δθ' - rate·Δv/g; also compiled for the planar model [rad].
+    """What an accelerometer adds in a control period to lead·Δθ' - rate·Δv/g; also compiled for the planar model [rad].
 
     Args:
         rate, lead: as of `TiltFilter`.
         highest: height above or below the axle at which its accelerometer may be [m].
         period: [s].
         before, now: the motion at the beginning of the period and at its end.
-        unseen: as of `unseen_turn`, of the readings that the filter adds up [rad].
     """
-    faster_tilt, faster = now.tilt_rate - before.tilt_rate, now.speed - before.speed
-    bend = unseen * min(rate / _FORGETTING, 1.0)
     if rate == 0.0:
-        return bend
+        return 0.0
+    faster_tilt, faster = now.tilt_rate - before.tilt_rate, now.speed - before.speed
     height = min(max((0.5 * period - lead) * GRAVITY / rate, -highest), highest)
     ahead = faster + height * (now.tilt_rate * cos(now.tilt) - before.tilt_rate * cos(before.tilt))
     above = GRAVITY * period - height * (now.tilt_rate * sin(now.tilt) - before.tilt_rate * sin(before.tilt))
-    return bend + rate * ((faster + height * faster_tilt) / GRAVITY - period * atan2(ahead, above))
+    return rate * ((faster + height * faster_tilt) / GRAVITY - period * atan2(ahead, above))

@@ -200,8 +200,8 @@ def constants(p: PlanarParameters, step: float) -> Constants:
 
 
 @kernel(is_inlined=True)
-def with_step(k: Constants, step: float) -> Constants:
-    """The constants for another physics step [s]: as those of `constants`, without going through the effects again."""
+def with_step(k: Constants, step: float, imu_delay: float) -> Constants:
+    """The constants for another physics step and a delay of the IMU [s], without going through the effects again."""
     time_constant = k.fade * k.step / k.lag
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     return Constants(
@@ -229,7 +229,7 @@ def with_step(k: Constants, step: float) -> Constants:
         lag,
         lag * time_constant / step if time_constant > 0.0 else 0.0,
         k.slew * step / k.step if k.slew < UNBOUNDED else UNBOUNDED,
-        k.imu_delay,
+        imu_delay,
         k.filter,
         step,
     )

@@ -139,16 +139,16 @@ def forces(p: PlanarParameters, k: Constants, s: PlanarState, torque: float, tim
     rising, leaning = sine, cosine
     if rarely(slope != 0.0):
         rising, leaning = sine_and_cosine(alpha + slope)
-    wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin)
+    wheels = joint + k.b * rising * (s.tilt_rate * s.tilt_rate + spin)
     if rarely(slope != 0.0):
         wheels -= weight * k.radius * sine_and_cosine(slope).sine
     wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
     body = k.d * sine - joint
     if rarely(spin != 0.0):
-        body += k.turn * spin * sine * cosine
+        body += k.turn * spin * rising * leaning
     back = 0.0
     if rarely(k.swing.mass > 0.0):
-        outwards = k.swing.mass * sine * (GRAVITY + k.swing.height * spin * cosine)
+        outwards = k.swing.mass * (sine * GRAVITY + k.swing.height * spin * rising * leaning)
         back = k.swing.stiffness * s.sway + k.swing.damping * s.sway_rate - outwards
         across = 2.0 * s.tilt_rate * s.sway_rate
         hangs = GRAVITY * cosine - k.swing.height * s.tilt_rate * s.tilt_rate - across

@@ -3,8 +3,8 @@ r"""One physics step of the planar model.
 The equations of `dynamics` with what effects add. On ground that rises by σ ahead, turning at the yaw rate ψ̇ (a known
 input), with the torque τ between wheels and body, the force F and the torque τ_g on the wheels from outside,
 
-    a φ̈ + b cos(α + σ) θ̈ - b sin(α + σ) θ̇² = τ + τ_g + r F - M g r sin σ + b sin α ψ̇²
-    b cos(α + σ) φ̈ + c θ̈ - d sin α = -τ + (I_xx - I_zz + m l²) ψ̇² sin α cos α,
+    a φ̈ + b cos(α + σ) θ̈ - b sin(α + σ) θ̇² = τ + τ_g + r F - M g r sin σ + b sin(α + σ) ψ̇²
+    b cos(α + σ) φ̈ + c θ̈ - d sin α = -τ + (I_xx - I_zz + m l²) ψ̇² sin(α + σ) cos(α + σ),
 
 M being the mass of all. Rates go by the accelerations at the step's start, then angles by the new rates (semi-implicit
 Euler). Dry frictions and the backlash are impulses within bounds, which act after the rest of the step: each brings its
@@ -24,7 +24,7 @@ Where a part of the body swings, of the mass m_s at the height h on the line to 
 where a rigid frame would hold it. It takes no part in motion across the body, so that a loses m_s r² cos²(α + σ), b cos
 loses m_s r h cos(α + σ), and c loses m_s h². With the stiffness k and the damping D of its spring,
 
-    S = k y + D ẏ - m_s sin α (g + h ψ̇² cos α),   ÿ = -S / m_s + y θ̇² - cos(α + σ) v̇ - h θ̈,
+    S = k y + D ẏ - m_s (g sin α + h ψ̇² sin(α + σ) cos(α + σ)),   ÿ = -S / m_s + y θ̇² - cos(α + σ) v̇ - h θ̈,
 
 v being the axle's speed, and the rest of the body gets the forces r cos(α + σ) S + 2 m_s r sin(α + σ) θ̇ ẏ on φ and
 h S + m_s y (g cos α - h θ̇² - 2 θ̇ ẏ) on θ. What is smaller still (m_s y θ̈ and the like) is left out.

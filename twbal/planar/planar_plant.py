@@ -27,7 +27,7 @@ from twbal.planar.forces import tipped
 from twbal.planar.motion import step
 from twbal.planar.parameters import PlanarParameters, planar_parameters
 from twbal.planar.planar_state import STRAIGHT, PlanarState, Turning
-from twbal.planar.sensing import fuse, imu_settled, read_sensors, see
+from twbal.planar.sensing import fuse, imu_settled, read_sensors, ring_length, see
 from twbal.planar.terms import drive
 
 _NOTHING = (0.0,) * (len(PlanarState._fields) - 7)
@@ -189,7 +189,7 @@ class PlanarPlant(Plant):
         self._reset_memory()
 
     def _reset_memory(self) -> None:
-        ring = self._substeps * (2 + int(self._constants.imu_delay / self.control_period))
+        ring = ring_length(self._constants, self._substeps)
         self._commands: list[float] = []
         self._state: PlanarState = standing(self._constants, 0.0, 0.0, 0.0, 0.0)
         self._imu = imu_settled(self._constants, self._state, ring)

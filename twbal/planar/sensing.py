@@ -8,7 +8,7 @@ from twbal.core.compiled import kernel, rarely
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
-from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear, unseen_turn
+from twbal.effects.tilt_filter import HIGHEST, PitchMotion, beyond_linear, counted, unseen_turn
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState
@@ -27,6 +27,12 @@ def _misleading(k: Constants, s: PlanarState) -> float:
 def filtered_tilt(k: Constants, s: PlanarState, forgotten: float) -> float:
     """Tilt that a filter shows, which has forgotten so much of what misleads it [rad]."""
     return s.tilt + _misleading(k, s) - forgotten
+
+
+@kernel()
+def ring_length(k: Constants, substeps: int) -> int:
+    """Rows of the IMU's past that are read by an IMU that is late, and by a filter that sums late readings."""
+    return substeps * (2 + int(k.imu_delay / (substeps * k.step))) + 1
 
 
 @kernel()
@@ -70,7 +76,7 @@ def see(
     imu[row, 3] = imu[last, 3] + (s.tilt_rate - before.tilt_rate)
 
 
-_unseen_turn, _beyond_linear = kernel()(unseen_turn), kernel()(beyond_linear)
+_unseen_turn, _beyond_linear, _counted = kernel()(unseen_turn), kernel()(beyond_linear), kernel()(counted)
 
 
 @kernel(is_inlined=True)
@@ -98,12 +104,12 @@ def fuse(k: Constants, before: PlanarState, s: PlanarState, period: float, imu: 
     highest = HIGHEST * k.radius
     late = k.imu_delay / k.step if k.filter.rate > 0.0 else 0.0  # else no sum, and nothing that it does not see
     unseen = _unseen_turn(period, first, last) if late == 0.0 else _late_turn(k, period, imu, row)
-    change = _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last, unseen)
+    summed = _counted(k.filter.rate) * unseen
     if rarely(late > 0.0):
         for back in range(1, min(floor(late) + 2, len(imu) - 1)):
-            imu[row - back, 2] -= change
-            imu[row - back, 0] += change
-    imu[row, 2] -= change
+            imu[row - back, 2] -= summed
+            imu[row - back, 0] += summed
+    imu[row, 2] -= summed + _beyond_linear(k.filter.rate, k.filter.lead, highest, period, first, last)
     imu[row, 0] = filtered_tilt(k, s, imu[row, 2])
 
 

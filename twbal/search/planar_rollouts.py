@@ -21,7 +21,7 @@ from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import drive_on, standing
 from twbal.planar.planar_state import PlanarState
-from twbal.planar.sensing import imu_settled
+from twbal.planar.sensing import imu_settled, ring_length
 from twbal.planar.terms import sense
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
@@ -218,7 +218,7 @@ def _rollout(  # type: ignore[no-untyped-def]
     period = substeps * k.step
     commands, state = np.zeros(steps), np.empty(D)
     s = standing(k, start[0], start[1], start[2], 0.0)
-    imu = imu_settled(k, s, substeps * (2 + int(k.imu_delay / period)))
+    imu = imu_settled(k, s, ring_length(k, substeps))
     used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
     tilt, rate, wheel, wheel_rate = sense(p, Reading(start[0], start[1], 0.0, start[2] / k.radius - start[1]), 0.0)
     turning = wheel_rate  # as it is; `wheel_rate` is what is measured

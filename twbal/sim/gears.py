@@ -40,7 +40,7 @@ class Gears:
         loose = gap > 0
         whole = model.with_rotors
         self.robot: RobotParameters = (
-            replace(whole, wheel_inertia=whole.wheel_inertia - share * robot.wheel_inertia) if loose else whole
+            replace(whole, wheel_inertia=(1.0 - share) * whole.wheel_inertia) if loose else whole
         )
         self.geared = 2 * (whole.wheel_inertia - robot.wheel_inertia)
         self._torque_gains = geared_mobilities(whole, self.geared) if model.ground.grip == UNBOUNDED else (0.0, 0.0)
@@ -49,7 +49,7 @@ class Gears:
         angle = drive.presliding if drive.dry_friction(0.0) else 0.0
         self._bristles = Bristles(robot, angle, joint_mobility(self.robot), physics_step) if angle else None
         self.needed = loose or self.friction_changes or self.geared > 0 or self._bristles is not None
-        rotors, pace = 2 * share * robot.wheel_inertia, pi / time if time > 0 else 0.0
+        rotors, pace = 2 * share * whole.wheel_inertia, pi / time if time > 0 else 0.0
         behind = float(self._is_behind_encoder)
         self._play = Play(rotors, gap, rotors * pace**2, 2 * damping * rotors * pace, behind)
         self._mobility = wheel_mobility(self.robot)

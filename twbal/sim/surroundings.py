@@ -31,7 +31,8 @@ class OutsideForces:
     """What acts from outside.
 
     Dry rolling resistance is a torque within bounds that would stop the wheels in this step, beside one that it has
-    learned to hold them with: as the motor of an engine does it, but one step behind. Or it grows over an angle.
+    learned to hold them with: as the motor of an engine does it, but one step behind. Where the robot turns, it would
+    stop the slower wheel; on wheels that roll opposite ways it cancels. Or it grows over an angle.
 
     Attributes:
         needed: whether there is anything to do in a step.
@@ -51,7 +52,7 @@ class OutsideForces:
         self._bristles = Bristles(robot, angle, wheel_mobility(robot), physics_step) if angle else None
         self.creeps = ground.grip < UNBOUNDED and ground.tyre_creep > 0.0
         self._tyres = CreepingTyres(robot, ground, physics_step)
-        self._radius = robot.wheel_radius
+        self._radius, self._apart = robot.wheel_radius, 0.5 * robot.track / robot.wheel_radius
         self.needed = self.creeps or bool(self._bound or self._viscous or self.pushes)
         self.reset()
 
@@ -79,7 +80,8 @@ class OutsideForces:
             of_each = 0.5 * self._bound
             torque += sum(self._bristles.rub(rate, motion.yaw_rate, (of_each, of_each), of_each))
         elif self._bound:
-            stop = rate * self._stopping
+            apart = self._apart * abs(motion.yaw_rate)
+            stop = (rate - cut(rate - self._held / self._stopping, apart)) * self._stopping
             self._held = cut(self._held - _SHARE * stop, self._bound)
             torque += cut(self._held - stop, self._bound)
         angle, force = motion.wheel_angle + motion.tilt, 0.0

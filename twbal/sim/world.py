@@ -151,15 +151,16 @@ class World(Engine):
         motion = self._robot.motion(self._vertical)
         apart, apart_rate = self._robot.apart() if effect_state.joints or self._surroundings.pushes else (0.0, 0.0)
         pose = self.pose() if self._surroundings.pushes else _START
+        in_joints = 0.0  # beside what the motors make; between wheels and body, whatever the gears' play
         if effect_state.joints:
             joint = JointMotion(motion.wheel_angle, motion.wheel_rate, apart, 1.0, apart_rate)
-            torque = effect_state.turn(torque, joint)
+            in_joints = effect_state.turn(torque, joint) - torque
         if self._gears.friction_changes:
             self._robot.hold()
         self._robot.swing()
         passed = self._gears.pass_on(torque, motion)
-        self._robot.drive(passed, self._gears.rub(motion))
-        on_wheels, on_body = self._gears.turn_rotors(torque, motion)
+        self._robot.drive(passed + in_joints, self._gears.rub(motion))
+        on_wheels, on_body = self._gears.turn_rotors(torque + in_joints, motion)
         on_body += passed - torque  # the motors push themselves off the body, whatever their rotors meet
         if on_body:
             self._robot.turn_body(on_body)

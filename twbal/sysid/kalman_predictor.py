@@ -43,6 +43,28 @@ def _first(p: PlanarParameters, k: Constants, measured: Array, lead: float) -> P
     return PlanarState(tilt, wheel, rate, speed, 0.0, wheel, speed, *_NOTHING)
 
 
+@kernel()
+def steps_behind(instants: Array, n: int, delay: float, period: float, substeps: int) -> float:
+    """Physics steps before instant n of an uneven loop in which an IMU has last seen the robot.
+
+    Each period has as many physics steps, of its own length.
+
+    Args:
+        instants: (T + 1,) of the loop [s].
+        n: number of the instant.
+        delay: of the IMU [s].
+        period: mean control period, as long as those before the first instant [s].
+        substeps: physics steps of a period.
+    """
+    behind = 0.0
+    while n > 0 and delay > instants[n] - instants[n - 1]:
+        delay -= instants[n] - instants[n - 1]
+        behind += substeps
+        n -= 1
+    lasts = instants[n] - instants[n - 1] if n > 0 else period
+    return min(behind + substeps * delay / lasts, float(substeps * (_RING - 1)))
+
+
 @kernel(is_inlined=True)
 def _correct_past(
     imu: Array, now: int, steps: int, substeps: int, late: int, gains: Array, instant: int, error: Array
@@ -227,7 +249,9 @@ def run_predictor(
             lasts, time = period, n * substeps * k.step
             if len(instants) > 0:
                 lasts, time = instants[n] - instants[n - 1], instants[n]
-                k = with_step(nominal, lasts / substeps)
+                behind = steps_behind(instants, n, nominal.imu_delay, period, substeps)
+                k = with_step(nominal, lasts / substeps, behind * lasts / substeps)
+                late = floor(behind)
             before = s
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu, instants)
             heading += lasts * turning.rate
