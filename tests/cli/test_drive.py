@@ -36,6 +36,18 @@ def test_a_course_is_driven_to_its_end_told_of_and_drawn(policy, tmp_path, capsy
     assert "reference" in (tmp_path / "out" / "figures" / "trial_000.svg").read_text()
 
 
+def test_a_policy_that_does_not_keep_the_robot_in_its_place_is_said_to_need_more_floor(tmp_path, capsys):
+    """A regulator of `twbal lqr` leans on the tilt of the sheet: where the robot balances at another, it rolls off."""
+    gain = [*GAIN[:5], 0.0, 0.0]
+    save_checkpoint(tmp_path / "policy.pt", "policy", LinearPolicy(CHANNELS, np.array(gain), 0.0, 20.0).to_payload())
+    course = "course.segments=[{seconds:10,speed:0}]"
+    words = [f"policy.path={tmp_path / 'policy.pt'}", "experiment=drive", course, f"hydra.run.dir={tmp_path / 'out'}"]
+    assert main(["real-rollout", *words]) == 0
+    said = capsys.readouterr().out
+    assert "nothing keeps the robot in its place" in said
+    assert "rolls off at 0.11 m/s, 1.1 m within a trial" in said  # 71.6 / 11.2 · 1°
+
+
 @pytest.mark.parametrize(
     ("word", "message"),
     [

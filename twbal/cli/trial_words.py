@@ -7,6 +7,8 @@ from twbal.algorithm.following import FloorNeeded, FollowedCourse
 from twbal.algorithm.tables import course_table
 from twbal.core.episode import Episode, Outcome
 from twbal.policies.excitation import Excitation
+from twbal.policies.linear import LinearPolicy
+from twbal.policies.policy import PolicyOfChannels
 
 
 def trial_in_words(episode: Episode) -> str:
@@ -38,6 +40,20 @@ def floor_of_excitation(policy: Excitation, seconds: float) -> str:
         f"rolls off at {per_degree:.2g} m/s besides, {per_degree * seconds:.1f} m within a trial. Have much free "
         "floor, catch it, or press Ctrl-C before it meets anything"
     )
+
+
+def floor_without_a_place(policy: PolicyOfChannels, seconds: float) -> str:
+    """What floor a policy that does not keep its place needs in a trial of so many seconds, as sentences."""
+    found = "nothing keeps the robot in its place: its policy does not heed the position (those of iterate do)"
+    if isinstance(policy, LinearPolicy) and {"tilt", "speed"} <= set(policy.channels):
+        tilt, speed = (float(policy.gain[policy.channels.index(name)]) for name in ("tilt", "speed"))
+        if speed != 0.0:
+            off = abs(tilt / speed) * radians(1.0)
+            found += (
+                ". For each degree by which it balances at another tilt than its sheet says, it rolls off at "
+                f"{off:.2g} m/s, {off * seconds:.1f} m within a trial"
+            )
+    return f"{found}. Have much free floor on all sides, catch it, or press Ctrl-C before it meets anything"
 
 
 def print_course(trials: Sequence[FollowedCourse]) -> None:

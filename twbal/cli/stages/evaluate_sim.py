@@ -36,6 +36,10 @@ from twbal.viz.evaluation_text import (
 )
 
 NOT_RECORDED = ("episodes", "sims")
+NONE_SURELY_BETTER = (
+    "none is better than {} by more than chance may make it in these logs, so the next command has that one; "
+    "short logs cannot tell: give more of them, or longer ones"
+)
 ALONE = "No other simulation stands beside it; name some by sims=[...]."
 REPORT, FIGURE = "report.html", "figures/evaluation.svg"
 
@@ -45,7 +49,11 @@ def main(cfg: DictConfig) -> None:
     out = run_folder()
     take_recorded_period(cfg, "evaluate-sim", episode_files(cfg.episodes))
     made = run(cfg, out)
-    print_result(made, out, _following(cfg, best_simulation(read_record(SimulationEvaluation, out / EVALUATION))))
+    evaluation = read_record(SimulationEvaluation, out / EVALUATION)
+    best = best_simulation(evaluation)
+    if best is None and len(evaluation.simulations) > 1:
+        say(NONE_SURELY_BETTER.format(evaluation.reference))
+    print_result(made, out, _following(cfg, best))
 
 
 def _following(cfg: DictConfig, best: EvaluatedSimulation | None) -> str:

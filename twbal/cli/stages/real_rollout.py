@@ -29,7 +29,13 @@ from twbal.cli.robot_link import (
     why_not_turned,
 )
 from twbal.cli.signals import stopped_once
-from twbal.cli.trial_words import floor_of_course, floor_of_excitation, print_course, trial_in_words
+from twbal.cli.trial_words import (
+    floor_of_course,
+    floor_of_excitation,
+    floor_without_a_place,
+    print_course,
+    trial_in_words,
+)
 from twbal.cli.trials_at_once import (
     Tell,
     WhyStop,
@@ -57,7 +63,8 @@ from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.excitation import Excitation
-from twbal.policies.policy import Policy
+from twbal.policies.linear import keeps_its_place
+from twbal.policies.policy import Law, Policy, PolicyOfChannels
 from twbal.policies.random import RandomPolicy
 from twbal.virtual_robot.process import Launch, launch
 
@@ -136,13 +143,16 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     say_doubts_of_policy(policy, policy_files(cfg.policy), robot)
     if isinstance(policy, Excitation):
         say(floor_of_excitation(policy, settings.steps * robot.control_period))
-    policy = explored(policy, settings, robot.torque_limit)
+    law, policy = policy, explored(policy, settings, robot.torque_limit)
     provenance = driven_robot(robot, cfg.policy, settings.seed, recorded(cfg, NOT_IN_EPISODES))
     inputs = {"policy": policy_files(cfg.policy)}
     step = StageWork("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
     if course is not None:
         channels.index("position")  # raises where the policy cannot see how far it is off
+    if isinstance(law, Law) and isinstance(law, PolicyOfChannels) and not keeps_its_place(law):
+        steps = settings.steps if course is None else course.steps(robot.control_period)
+        say(floor_without_a_place(law, steps * robot.control_period))
 
     before = read_manifest(out)
     cut_short = before is not None and not before.complete
