@@ -2,6 +2,7 @@
 
 import os
 import pickle
+import warnings
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,7 @@ from hydra import compose
 from omegaconf import OmegaConf
 
 from twbal.cli.commands import text
+from twbal.cli.composed import composed
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.sim_files import as_given, simulation_text, with_files
@@ -101,11 +103,23 @@ def test_other_words_are_left_as_they_are():
     assert with_files(words) == words
 
 
+def test_a_simulation_of_another_robot_is_doubted(tmp_path):
+    """It is not refused: a sheet may have been given another name."""
+    (tmp_path / "a.yaml").write_text(simulation_text({}, 0.001, "regbot", "of REGBOT"))
+    word = f"sim={tmp_path / 'a.yaml'}"
+    with pytest.warns(UserWarning, match="was made for robot 'regbot', and this robot is 'paper'"):
+        composed("sim-collect", [word])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        composed("sim-collect", [word, "robot=regbot"])
+        composed("sim-collect", ["sim=nominal"])
+
+
 def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path, paper):
     present = {"sensor_noise": dict.fromkeys(["tilt", "tilt_rate", "acceleration", "wheel_angle", "wheel_rate"], 1e-5)}
     present["sensor_noise"]["yaw_rate"] = 0.0
     found = DiagnosedSimulation(paper, {**present, "dead_zone": {"width": 1.2}}, 0.001)
-    (tmp_path / "a.yaml").write_text(simulation_text(found.effects, found.physics_step, "named"))
+    (tmp_path / "a.yaml").write_text(simulation_text(found.effects, found.physics_step, found.robot.name, "named"))
     assert "_target_" not in (tmp_path / "a.yaml").read_text()
     effects = simulation(f"sim={tmp_path / 'a.yaml'}")["effects"]
     assert effects["dead_zone"] == {"_target_": "twbal.effects.dead_zone.DeadZone", "width": 1.2}
@@ -187,9 +201,9 @@ HOSTILE = {
     "a module that is no effect": ("effects: {library: {}}", "there is no effect 'library'"),
     "an abstract effect": ("effects: {effect: {}}", "there is no effect 'effect'"),
     "a key that is a list": ("effects: {? [a] : 1}", "has a key that is no text"),
-    "a list": ("- 1", "is no simulation: it is a list; expected physics_step and effects"),
+    "a list": ("- 1", "is no simulation: it is a list; expected physics_step, effects, robot"),
     "a word": ("dead_zone", "is no simulation: it is a str"),
-    "another part": ("robot: 3\neffects: {}", "it has 'robot', 'effects'; expected physics_step and effects"),
+    "another part": ("robots: 3\neffects: {}", "it has 'robots', 'effects'; expected physics_step, effects, robot"),
     "an engine": ("engine: planar", "it has 'engine'"),
     "effects that are a number": ("effects: 3", "effects must be a mapping of names; found '3'"),
     "effects that are a list": ("effects: [dead_zone]", "effects must be a mapping of names"),

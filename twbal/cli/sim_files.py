@@ -28,8 +28,10 @@ AUGMENTED, IDENTIFIED = "augmented.yaml", "identified.yaml"
 
 _KEY, _ENDINGS = "sim=", (".yaml", ".yml")
 _ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
-_PARTS = ("physics_step", "effects")
+_PARTS = ("physics_step", "effects", "robot")
 _CONTENTS: dict[str, list[str]] = {}  # of the files that this process was given, by the word that names them
+_MADE_FOR: dict[str, str] = {}  # names of robots, by the files whose simulations stand for the words given last
+_LONGEST = 100  # letters of a name
 _LARGEST = 1e6  # of any effect's values, in whichever SI unit
 _NUMBER = re.compile(r"[+-]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][+-]?\d{1,3})?")
 
@@ -44,17 +46,20 @@ def with_files(words: Sequence[str]) -> list[str]:
         ConfigError: the file is not there, holds no simulation, or has an effect that another word adds once more.
     """
     chosen = [word for word in words if word.startswith(_KEY)]
+    _MADE_FOR.clear()
     if not any(map(_is_file, chosen)):
         return list(words)
     others = [word for word in words if not word.startswith(_KEY)]
     if not _is_file(chosen[-1]):
         return [chosen[-1], *others]
     path = simulation_file(_word(chosen[-1]))
-    step, effects = _read(path)
+    step, effects, robot = _read(path)
     again = [name for word in others if (name := _added(word)) in effects]
     if again:
         raise ConfigError(f"{path} has {again[0]} already; change its values by sim.effects.{again[0]}.<name>=...")
     content = ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items())]
+    if robot:
+        _MADE_FOR[str(path)] = robot
     _CONTENTS.pop(chosen[-1], None)
     _CONTENTS[chosen[-1]] = content
     return [*content, *others]
@@ -66,6 +71,16 @@ def as_given(words: Sequence[str]) -> list[str]:
         if list(words[: len(content)]) == content:
             return [given, *words[len(content) :]]
     return list(words)
+
+
+def doubts_of_simulation(robot: str) -> list[str]:
+    """What is doubtful of the simulation that was given last: it was made for a robot of another name."""
+    return [
+        f"the simulation {file} was made for robot {made_for!r}, and this robot is {robot!r}. If these are two robots, "
+        f"give the simulation of this one, or robot=<sheet of {made_for}>"
+        for file, made_for in _MADE_FOR.items()
+        if made_for != robot
+    ]
 
 
 def is_simulation_file(word: str) -> bool:
@@ -105,7 +120,7 @@ def effects_in(path: Path) -> dict[str, dict[str, float]]:
     Raises:
         ConfigError: the file is not there, or holds no simulation.
     """
-    _, effects = _read(path)
+    _, effects, _ = _read(path)
     return {name: {key: value for key, value in node.items() if key != "_target_"} for name, node in effects.items()}
 
 
@@ -115,20 +130,23 @@ def physics_step_in(path: Path) -> float | None:
     Raises:
         ConfigError: the file is not there, or holds no simulation.
     """
-    step, _ = _read(path)
+    step, _, _ = _read(path)
     return float(step[0].partition("=")[2]) if step else None
 
 
-def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: float, title: str) -> str:
+def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: float, robot: str, title: str) -> str:
     """The text of such a file.
 
     Args:
         effects: values by names of effects and parameters.
         physics_step: of the integrator [s].
+        robot: name of the robot that it is made for.
         title: stands above, as a comment.
     """
     values = {name: {key: float(value) for key, value in own.items()} for name, own in effects.items()}
-    written: str = OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": values}))
+    written: str = OmegaConf.to_yaml(
+        OmegaConf.create({"robot": robot, "physics_step": physics_step, "effects": values})
+    )
     return "".join(f"# {line}\n" for line in wrap(title, 100)) + written
 
 
@@ -153,8 +171,11 @@ def _added(word: str) -> str:
     return found.group(1) if found else ""
 
 
-def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
-    """What the file says: an override of the physics step, or none, and nodes of the effects by their names."""
+def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]], str]:
+    """What the file says: an override of the physics step, or none; nodes of the effects by their names; the robot.
+
+    Files of earlier versions do not name their robot: it is "".
+    """
     try:
         sim = read_yaml(path)
     except FileNotFoundError as error:
@@ -163,12 +184,19 @@ def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
         ) from error
     if not isinstance(sim, dict) or not set(sim) <= set(_PARTS):
         found = f"has {_listed(sim)}" if isinstance(sim, dict) else f"is a {type(sim).__name__}"
-        raise ConfigError(f"{path} is no simulation: it {found}; expected {' and '.join(_PARTS)}.")
+        raise ConfigError(f"{path} is no simulation: it {found}; expected {', '.join(_PARTS)}.")
     try:
         step = [_step(sim["physics_step"])] if "physics_step" in sim else []
-        return step, {name: _effect(name, given) for name, given in _mapping("effects", sim.get("effects", {})).items()}
+        given = _mapping("effects", sim.get("effects", {}))
+        return step, {name: _effect(name, values) for name, values in given.items()}, _robot(sim.get("robot", ""))
     except ConfigError as error:
         raise ConfigError(f"The simulation {path} cannot be: {error}") from error
+
+
+def _robot(given: Any) -> str:
+    if not isinstance(given, str) or len(given) > _LONGEST:
+        raise ConfigError(f"robot must be the name of a robot; found {str(given)[:40]!r}.")
+    return given
 
 
 def _step(given: Any) -> str:

@@ -141,7 +141,8 @@ def _diagnose_to_files(
     said = f"verdict {diagnosis.verdict}: {headline_text(diagnosis)}"
     print("\n  ".join([said, *effect_lines(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
-    write_atomically(out / AUGMENTED, simulation_text(result.simulation.effects, result.simulation.physics_step, title))
+    made = result.simulation
+    write_atomically(out / AUGMENTED, simulation_text(made.effects, made.physics_step, made.robot.name, title))
     pictures, drawn = _draw(diagnosis, out / FIGURES)
     split, robot = result.split, simulation.robot
     recordings = (*(() if split.are_ends else split.fitted), *(() if tests else split.kept_back))

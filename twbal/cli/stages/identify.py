@@ -76,7 +76,7 @@ def _identify_to_files(
             "wrong unit or sign. See what twbal diagnose says of these recordings"
         )
     save_distribution(out / DISTRIBUTION, found.known)
-    write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, title))
+    write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, robot.name, title))
     return [out / DISTRIBUTION, out / IDENTIFIED]
 
 
