@@ -32,7 +32,11 @@ FAULTS = {
     "policy file": ("policies/policy.py", 'payload.number("max_command"', '0.999 * payload.number("max_command"'),
     "transitions": ("core/channels.py", "matrix[i, i] = 1.0", "matrix[i, i] = 1.001"),
     "gradient": ("search/long_term_cost.py", "by_mean + costs[t].by_mean", "by_mean + 1.001 * costs[t].by_mean"),
-    "planar model": ("planar/dry_friction.py", "bound = 2.0 * k.dry.coulomb", "bound = 1.5 * k.dry.coulomb"),
+    "planar model": (
+        "planar/dry_friction.py",
+        "return wheel_bound(k, relative - apart) + wheel_bound(k, relative + apart)",
+        "return 0.75 * (wheel_bound(k, relative - apart) + wheel_bound(k, relative + apart))",
+    ),
     "predictor": (
         "sysid/kalman_predictor.py",
         "tilt_rate, speed = _gained(gains[instant, 2], error)",
