@@ -25,17 +25,19 @@ def read(file):
     return {**told.pop("quantities"), **told}
 
 
-def test_the_proposal_needs_one_edit(tmp_path):
+def test_the_proposal_needs_two_edits(tmp_path):
     assert main(["import-log", "guess=true", f"files={LOG}", f"hydra.run.dir={tmp_path}"]) == 0
     proposed, ours = read(tmp_path / "import" / "my_log.yaml"), read(OURS / "import" / "ev3.yaml")
     assert set(proposed) == set(ours)
-    assert {key for key in ours if ours[key] != proposed[key]} == {"motor"}
+    assert {key for key in ours if ours[key] != proposed[key]} == {"motor", "tilt"}
 
 
 def test_the_proposal_has_the_motor_where_the_robot_is_known(tmp_path):
     words = [f"--config-dir={OURS}", "robot=ev3", f"files={LOG}", f"hydra.run.dir={tmp_path}"]
     assert main(["import-log", "guess=true", *words]) == 0
-    assert read(tmp_path / "import" / "my_log.yaml") == read(OURS / "import" / "ev3.yaml")
+    proposed, ours = read(tmp_path / "import" / "my_log.yaml"), read(OURS / "import" / "ev3.yaml")
+    assert ours["tilt"].pop("scale") == pytest.approx(1.03, abs=0.01)
+    assert proposed == ours
 
 
 def test_the_log_is_imported_and_nothing_is_doubted(tmp_path, capsys):
