@@ -14,7 +14,7 @@ from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.effects.effect import Effect, Place, SensorEffect, SensorTerm
 from twbal.effects.parameter import adds_to, parameter
 
-_FORGETTING = 0.02  # 1/s; from which on all that a sum does not see counts: a filter that never forgets would add it up
+_FORGETTING = 0.2  # 1/s; from which on all that a sum does not see counts: a filter that never forgets would add it up
 HIGHEST = 4.0
 """Radii of the wheels within which an accelerometer is above or below the axle."""
 
