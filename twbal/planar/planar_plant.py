@@ -87,25 +87,9 @@ def hold(
     if rarely(k.filter.rate > 0.0 or k.filter.lead != 0.0):
         fuse(k, first, s, k.step * substeps, imu, row)
     return PlanarState(
-        s.tilt,
-        s.wheel,
-        s.tilt_rate,
-        s.wheel_speed,
-        reached,
-        s.rotor,
-        s.rotor_speed,
-        s.slip,
-        s.position,
-        ramped,
-        s.sway,
-        s.sway_rate,
-        s.x,
-        s.y,
-        s.left_joint,
-        s.right_joint,
-        s.left_ground,
-        s.right_ground,
-    )
+        s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position, ramped,
+        s.sway, s.sway_rate, s.x, s.y, s.left_joint, s.right_joint, s.left_ground, s.right_ground,
+    )  # fmt: skip
 
 
 @kernel()

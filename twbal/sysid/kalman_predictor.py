@@ -222,12 +222,10 @@ def run_predictor(
     """Predict a recording, measurement by measurement.
 
     Args:
-        p: the planar model.
-        commands: (T,); measured: (T + 1, 4); yaw_rate: (T + 1,), as of `Recording`.
+        p: the planar model. commands: (T,); measured: (T + 1, 4); yaw_rate: (T + 1,), as of `Recording`.
         period: control period [s].
         instants: (T + 1,) of an uneven loop [s], as of `hold`: each of its periods is integrated over its own length.
-        substeps: physics steps of a control period.
-        lead: as of `read_sensors`.
+        substeps: physics steps of a control period. lead: as of `read_sensors`.
         gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
             speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
             six components, as of `NoiseModel`.
