@@ -50,3 +50,13 @@ def test_an_inverse_is_that_of_the_matrix_unless_there_is_none():
     twice = np.array([[1.0, 1.0], [1.0, 1.0]])  # two values that do exactly the same
     pull = np.array([3.0, 3.0])
     assert inverse_of(twice) @ pull == pytest.approx([1.5, 1.5], rel=1e-6)
+
+
+def test_the_inverse_of_what_is_singular_but_for_rounding_has_variances():
+    """Of slopes that are alike in ten digits; their products tell them apart by rounding alone."""
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        common = 1e8 * rng.standard_normal(50)
+        J = common[:, None] * (1.0 + 1e-10 * rng.standard_normal((50, 4)))
+        found = inverse_of(J.T @ J + 1e-6 * np.eye(4))
+        assert (np.diag(found) > 0.0).all()

@@ -28,9 +28,11 @@ def solve_normal(H: Array, right: Array) -> Array:
 def inverse_of(H: Array) -> Array:
     """The inverse of a matrix as of `solve_normal`, (P, P); the ridge decides only where it is singular.
 
-    Two free values that do exactly the same make it so, as the torques of Coulomb and Stribeck friction in one set.
+    Two free values that do exactly the same make it so, as the torques of Coulomb and Stribeck friction in one set. By
+    rounding it may then have an inverse whose diagonal is not positive, which no variances can be.
     """
     try:
-        return np.asarray(np.linalg.inv(H))
+        found = np.asarray(np.linalg.inv(H))
     except np.linalg.LinAlgError:
         return solve_normal(H, np.eye(len(H)))
+    return found if (np.diag(found) > 0.0).all() else solve_normal(H, np.eye(len(H)))
