@@ -105,6 +105,12 @@ def test_a_simulation_that_is_not_the_nominal_one_is_not_called_so(logs, found, 
         ("sim=nominal", []),
     ]
     assert record.reference == "sim"
+    assert "none is better than" not in capsys.readouterr().out
+
+
+def test_where_none_is_surely_better_the_next_command_is_said_to_have_the_given_one(logs, found, tmp_path, capsys):
+    assert evaluate(logs, tmp_path, f"sims=[nominal,{found / 'wrong.yaml'}]") == 0
+    assert "none is better than nominal by more than chance may make it in these logs" in capsys.readouterr().out
 
 
 def test_a_simulation_alone_ends_with_what_could_stand_beside_it(logs, tmp_path, capsys):

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
-from twbal.policies.policy import BoundedPolicy, PeriodicPolicy, Policy
+from twbal.policies.linear import LinearPolicy
+from twbal.policies.policy import BoundedPolicy, PeriodicPolicy, Policy, PolicyOfChannels
 
 _SAME_PERIOD = 1e-6  # [s]
+_PLACE = ("position", "position_integral")  # channels
 _MOST_COMMAND, _LEAST_COMMAND = 1.05, 0.5  # of the robot's torque limit: a policy is made for all of it
 
 
@@ -67,3 +69,10 @@ def other_past_commands(policy: Policy, channels: Sequence[str], robot: RobotPar
 
 def _past(channels: Sequence[str]) -> int:
     return sum(name.startswith("command_") for name in channels)
+
+
+def keeps_its_place(policy: PolicyOfChannels) -> bool:
+    """Whether the command of a policy depends on how far the robot has rolled."""
+    if isinstance(policy, LinearPolicy):
+        return any(gain != 0.0 for name, gain in zip(policy.channels, policy.gain, strict=True) if name in _PLACE)
+    return any(name in _PLACE for name in policy.channels)

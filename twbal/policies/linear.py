@@ -7,9 +7,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import LARGEST, Law, PolicyOfChannels, common_values, known_values
-
-_PLACE = ("position", "position_integral")  # channels
+from twbal.policies.policy import LARGEST, Law, common_values, known_values
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,10 +51,3 @@ class LinearPolicy(Law):
             bias=found.number("bias", -LARGEST, LARGEST),
             **common,
         )
-
-
-def keeps_its_place(policy: PolicyOfChannels) -> bool:
-    """Whether the command of a policy depends on how far the robot has rolled."""
-    if isinstance(policy, LinearPolicy):
-        return any(gain != 0.0 for name, gain in zip(policy.channels, policy.gain, strict=True) if name in _PLACE)
-    return any(name in _PLACE for name in policy.channels)

@@ -8,6 +8,11 @@ def cut(value: float, bound: float) -> float:
     return min(max(value, -bound), bound)
 
 
+def rates_apart(robot: RobotParameters) -> float:
+    """By which the right wheel is faster than the mean of both, and the left one slower, for a yaw rate of 1 rad/s."""
+    return 0.5 * robot.track / robot.wheel_radius
+
+
 class Bristles:
     """Dry friction of both wheels, step by step; the equation is that of `planar.presliding.bristles`."""
 
@@ -20,7 +25,7 @@ class Bristles:
             mobility: rate that an impulse on both wheels adds to their mean [1/(kg·m²)].
             physics_step: [s].
         """
-        self._apart = 0.5 * robot.track / robot.wheel_radius
+        self._apart = rates_apart(robot)
         self._angle, self._mobility, self._step = angle, mobility, physics_step
         self.begin((0.0, 0.0))
 

@@ -9,7 +9,7 @@ from twbal.core.plant import Pose
 from twbal.core.robot_model import UNBOUNDED, AxleMotion, RobotModel
 from twbal.core.robot_parameters import GRAVITY
 from twbal.sim.creeping_tyres import CreepingTyres
-from twbal.sim.presliding import Bristles, cut
+from twbal.sim.presliding import Bristles, cut, rates_apart
 from twbal.sim.restart_state import RestartState
 
 _SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
@@ -52,7 +52,7 @@ class OutsideForces:
         self._bristles = Bristles(robot, angle, wheel_mobility(robot), physics_step) if angle else None
         self.creeps = ground.grip < UNBOUNDED and ground.tyre_creep > 0.0
         self._tyres = CreepingTyres(robot, ground, physics_step)
-        self._radius, self._apart = robot.wheel_radius, 0.5 * robot.track / robot.wheel_radius
+        self._radius, self._apart = robot.wheel_radius, rates_apart(robot)
         self.needed = self.creeps or bool(self._bound or self._viscous or self.pushes)
         self.reset()
 

@@ -19,7 +19,7 @@ from twbal.cli.console import gently, next_command, print_result, run_folder, sa
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, StageWork, perform, read_manifest
-from twbal.cli.policy_check import check_torque
+from twbal.cli.policy_check import check_torque, keeps_its_place
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.robot_link import (
@@ -63,7 +63,6 @@ from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.excitation import Excitation
-from twbal.policies.linear import keeps_its_place
 from twbal.policies.policy import Law, Policy, PolicyOfChannels
 from twbal.policies.random import RandomPolicy
 from twbal.virtual_robot.process import Launch, launch
