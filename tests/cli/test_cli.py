@@ -115,6 +115,22 @@ def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
     assert expected in only_error(capsys)
 
 
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["--config-dir=a", "-cd", "b"], "Hydra takes a single --config-dir. Give one, and the other folder by "),
+        (
+            ["-m", "seed=1,2", "hydra.run.dir=a"],
+            "hydra.run.dir would not be heeded: a sweep, by -m, has its folder by ",
+        ),
+        (["hydra.sweep.dir=a"], "hydra.sweep.dir would not be heeded: a single run, without -m, has its folder by "),
+    ],
+)
+def test_what_hydra_would_not_heed_is_refused(words, expected, capsys):
+    assert main(["sim-collect", *words]) == 1
+    assert expected in only_error(capsys)
+
+
 def test_a_choice_in_a_folder_that_was_not_named_is_pointed_to(tmp_path, monkeypatch, capsys):
     (tmp_path / "my_conf" / "robot").mkdir(parents=True)
     (tmp_path / "my_conf" / "robot" / "mine.yaml").write_text("name: mine\n")

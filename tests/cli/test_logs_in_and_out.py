@@ -140,6 +140,12 @@ def test_a_guess_is_a_mapping_that_works(run, tmp_path):
     assert episode.tilt == pytest.approx(rows[:, 1], abs=1e-6)
 
 
+@pytest.mark.parametrize(("words", "is_said"), [((), True), (("robot=paper",), False)])
+def test_a_robot_that_nobody_chose_is_said(words, is_said, run, log):
+    code, said, _ = run("import-log", f"files={log}", ROBOT, *words, out="imported")
+    assert code == 0 and ("taken for those of robot paper, as no robot=... is given" in said) == is_said
+
+
 def test_a_duty_cycle_is_imported_by_the_torque_limit_as_the_comments_of_its_guess_say(run, tmp_path):
     """The block `motor` may be gone, too."""
     path, rows = tmp_path / "theirs.csv", columns()

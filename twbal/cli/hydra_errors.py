@@ -80,6 +80,30 @@ def refuse_folder(word: str) -> None:
         raise ConfigError(f"{word} is in a folder that is called ~, and not in your home folder. {_HOME}")
 
 
+def refuse_unheeded(words: Sequence[str]) -> None:
+    """Refuse words that Hydra would drop in silence: a second --config-dir, or the folder of what is not run.
+
+    Args:
+        words: overrides and Hydra's flags.
+
+    Raises:
+        ConfigError: there is one.
+    """
+    folders = [word for word in words if re.match(r"(--config-dir|-cd)(=|$)", word)]
+    if len(folders) > 1:
+        raise ConfigError(
+            "Hydra takes a single --config-dir. Give one, and the other folder by "
+            "\"hydra.searchpath=['file:///<its absolute path>']\"."
+        )
+    if any(word.startswith("hydra.mode=") for word in words):
+        return
+    sweeps = bool({"-m", "--multirun"} & set(words))
+    of_other, own = ("hydra.run.dir", "hydra.sweep.dir") if sweeps else ("hydra.sweep.dir", "hydra.run.dir")
+    if any(word.startswith(f"{of_other}=") for word in words):
+        what = "a sweep, by -m, has" if sweeps else "a single run, without -m, has"
+        raise ConfigError(f"{of_other} would not be heeded: {what} its folder by {own}=...")
+
+
 def _where(stage: str, in_python: bool) -> str:
     """Where settings are described."""
     return "docs/settings.md" if in_python else f"`twbal {stage} --help`"

@@ -1,8 +1,10 @@
 """What is doubted of the robot's sheet, and of the simulation with it, before a command begins."""
 
+from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.cli.console import overridden
 from twbal.cli.sim_files import doubts_of_simulation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.sheets.doubts import doubts
@@ -19,4 +21,17 @@ def doubts_of(cfg: DictConfig) -> list[str]:
     robot = instantiate(cfg.robot) if cfg.get("robot") else None
     if not isinstance(robot, RobotParameters):
         return []
-    return [*doubts(robot), *(doubts_of_simulation(robot.name) if cfg.get("sim") else [])]
+    return [*_of_name(robot.name), *doubts(robot), *(doubts_of_simulation(robot.name) if cfg.get("sim") else [])]
+
+
+def _of_name(name: str) -> list[str]:
+    """A sentence on a sheet that has the name of another robot, such as that from which it was copied."""
+    if not HydraConfig.initialized() or overridden("robot.name"):
+        return []
+    file = HydraConfig.get().runtime.choices.get("robot")
+    if file in (None, name):
+        return []
+    return [
+        f"the sheet of robot={file} has name: {name}, with which its episodes are marked. If it was copied from that "
+        f"robot's sheet, write name: {file} into it"
+    ]

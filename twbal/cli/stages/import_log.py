@@ -17,7 +17,15 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import paths_in
 from twbal.cli.commands import text
-from twbal.cli.console import configuration_flags, next_command, print_result, run_folder, with_progress
+from twbal.cli.console import (
+    configuration_flags,
+    next_command,
+    overridden,
+    print_result,
+    run_folder,
+    say,
+    with_progress,
+)
 from twbal.cli.imported_before import imported_before
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
@@ -57,6 +65,8 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    if not (overridden("robot") or overridden("robot.name")):
+        say(f"the logs are taken for those of robot {cfg.robot.name}, as no robot=... is given")
     if cfg.guess:
         propose(paths_in(cfg.files), out, instantiate(cfg.robot), _known_mapping())
         return
