@@ -34,6 +34,7 @@ from twbal.effects.rolling_resistance import RollingResistance
 from twbal.effects.rotor_inertia import RotorInertia
 from twbal.effects.stribeck_friction import StribeckFriction
 from twbal.effects.tilt_filter import TiltFilter
+from twbal.effects.torque_saturation import TorqueSaturation
 from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.planar.constants import constants
@@ -109,6 +110,18 @@ def test_a_replay_goes_on_as_the_rollout_did(kind, robot):
         assert (np.sqrt(np.mean(error**2, axis=0)) < 0.1 * moved).all()
     else:
         assert (np.abs(error).max(axis=0) < 0.01 * moved).all()
+
+
+@pytest.mark.parametrize("kind", ["nothing", "delay", "saturation", "viscous friction"])
+def test_commands_of_parts_of_a_period_act_as_those_of_a_faster_loop(kind, robot):
+    kinds = {**KINDS, "saturation": [TorqueSaturation(3.0)], "viscous friction": [ViscousFriction(0.3)]}
+    fast, commands = replace(robot, control_period=robot.control_period / 4), 6.0 * np.sin(np.arange(96.0))
+    truth = driven(fast, kinds[kind], commands)
+    start = start_at(fast, truth, 4 * FROM, commands)
+    parts = replace(start, past_commands=commands[: 4 * FROM].reshape(-1, 4))
+    (found,) = replay(robot, kinds[kind], STEP, [parts], commands[None, 4 * FROM :].reshape(1, -1, 4))
+    error, moved = found[:, SEEN] - truth[4 * FROM :: 4, SEEN], np.ptp(truth[:, SEEN], axis=0)
+    assert (np.abs(error).max(axis=0) < 1e-3 * moved).all()
 
 
 def test_rotors_that_turn_with_the_gears_feel_friction_from_the_first_step_on(regbot):

@@ -254,6 +254,24 @@ def test_other_commands_of_an_uneven_loop_act_in_the_mean_of_each_period(paper):
     np.testing.assert_allclose(other.commands[1:100], acting.reshape(100, 2000).mean(axis=1)[1:], atol=0.01)
 
 
+@pytest.mark.parametrize("begin", [0, 50])
+def test_the_commands_of_an_uneven_loop_act_in_the_parts_of_a_period_that_they_reach(begin, paper):
+    whole = uneven(paper)
+    loop, parts, fine = whole.uneven, 20, 200
+    even = loop.instants[begin:150] - 0.02 * loop.lateness[begin:150]
+    within = np.arange((len(even) - 1) * parts * fine) / (parts * fine)
+    moments = np.interp(within, np.arange(len(even)), even)
+    acting = loop.commands[np.maximum(np.searchsorted(loop.instants, moments, side="right") - 1, 0)]
+    found = whole.part(begin, 150).commands_over(parts)[: len(even) - 1]
+    np.testing.assert_allclose(found, acting.reshape(-1, parts, fine).mean(axis=2), atol=5 / fine)
+    np.testing.assert_allclose(found.mean(axis=1), whole.commands[begin : begin + len(found)], atol=0.01)
+
+
+def test_an_even_loop_held_each_command(paper):
+    even = replace(uneven(paper), uneven=None)
+    np.testing.assert_array_equal(even.commands_over(20), even.commands[:, None])
+
+
 def uneven(robot):
     """A recording of a robot whose loop is late or early by a tenth of its period, by chance."""
     late = 0.002 * np.clip(np.random.default_rng(4).standard_normal(201), -3.0, 3.0)

@@ -34,7 +34,7 @@ def replayed(
         simulation: robot and physics step.
         filtered: the model: its effects, and how far its measured angles run ahead of its rates.
         starts: n motions, in which angles and rates are of one instant.
-        commands: (n, S) [N·m].
+        commands: (n, S, k), of k equal parts of each period [N·m].
     """
     lead, radius = 0.5 * simulation.physics_step, simulation.robot.wheel_radius
     ahead = [start_ahead(start, lead, radius) for start in starts]

@@ -23,7 +23,8 @@ from twbal.sim.restart_state import RestartState
 from twbal.sysid.recording import MEASURED, Recording
 
 Replay = Callable[[FilterResult, Sequence[ReplayStart], Array], Array]
-"""Runs a model in the physics engine: from (n,) starts and (n, S) commands to (n, S + 1, 7) observations, no noise.
+"""Runs a model in the physics engine: from (n,) starts and (n, S, k) commands, of k equal parts of each period, to
+(n, S + 1, 7) observations, no noise.
 
 Angles and rates of a start, and of an observation, are of one instant, but for what the model's sensors add.
 """
@@ -62,6 +63,24 @@ class _Rollouts(NamedTuple):
     recordings: Sequence[int]
 
 
+class _Given(NamedTuple):
+    """What rollouts are given of the data.
+
+    Attributes:
+        recordings: held out from all fitting.
+        commands: of each, (T, k), of k equal parts of each period.
+        places: (recording, instant) at which rollouts begin.
+    """
+
+    recordings: Sequence[Recording]
+    commands: Sequence[Array]
+    places: Sequence[tuple[int, int]]
+
+    def ahead(self, periods: int) -> Array:
+        """The commands after each start, (n, S, k)."""
+        return np.array([self.commands[r][t : t + periods] for r, t in self.places])
+
+
 class RolloutStarts(NamedTuple):
     """Where rollouts begin.
 
@@ -71,12 +90,14 @@ class RolloutStarts(NamedTuple):
         spacing: from one start to the next [control periods].
         most: starts in all.
         ahead: after each, for the longest rollout [control periods].
+        parts: of a control period, in each of which the engine is given the mean of an uneven loop's commands.
     """
 
     settling: int
     spacing: int
     most: int
     ahead: int
+    parts: int = 1
 
 
 def measure_gaps(
@@ -106,12 +127,12 @@ def measure_gaps(
     places = _places(recordings, stretches, models)
     if not places:
         return ()
-    commands = np.array([recordings[r].commands[t : t + stretches.ahead] for r, t in places])
-    nominal, refitted = (_rollouts(model, recordings, replay, places, commands) for model in models[:2])
+    given = _Given(recordings, [recording.commands_over(stretches.parts) for recording in recordings], places)
+    nominal, refitted = (_rollouts(model, given, replay, stretches.ahead) for model in models[:2])
     named = refitted
     if models.named is not models.refitted:
-        named = _rollouts(models.named, recordings, replay, places, commands)
-    floor = _floor(models.named, named, replay, commands, noise, radius)
+        named = _rollouts(models.named, given, replay, stretches.ahead)
+    floor = _floor(models.named, named, replay, given.ahead(stretches.ahead), noise, radius)
     gaps = []
     for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
@@ -151,29 +172,26 @@ def rollout_error(
     places = _places(recordings, stretches, [result])
     if not places:
         return math.inf
-    commands = np.array([recordings[r].commands[t : t + steps] for r, t in places])
-    return _rms(_rollouts(result, recordings, replay, places, commands).errors[:, -1, column])
+    given = _Given(recordings, [recording.commands_over(stretches.parts) for recording in recordings], places)
+    return _rms(_rollouts(result, given, replay, steps).errors[:, -1, column])
 
 
-def _rollouts(
-    result: FilterResult,
-    recordings: Sequence[Recording],
-    replay: Replay,
-    places: Sequence[tuple[int, int]],
-    commands: Array,
-) -> _Rollouts:
-    """Rollouts of a model from some instants of recordings, under (n, S) commands, and how far they stray.
+def _rollouts(result: FilterResult, given: _Given, replay: Replay, ahead: int) -> _Rollouts:
+    """Rollouts of a model over some control periods, and how far they stray from what was measured.
 
     A tilt offset of a recording is added here, as it is no effect. What a filter of the tilt shows is all that it
     remembers, so in a model that has one the tilt begins at what was measured. By as much
     as the engine's own filter shows something else there, it is off later, less what it forgets.
     """
+    recordings = given.recordings
     remembered = _remembered(result, recordings[0].period)
-    ahead = commands.shape[1]
-    starts = [_start(result.trajectories[r], recordings[r], t, remembered, ahead) for r, t in places]
-    seen = np.array([recordings[r].measured[t : t + ahead + 1] for r, t in places])  # (n, S + 1, 4)
-    of = [r for r, _ in places]
-    courses = _replayed(result, of, replay, starts, commands)
+    starts = [
+        _start(result.trajectories[r], recordings[r], t, given.commands[r][:t], remembered, ahead)
+        for r, t in given.places
+    ]
+    seen = np.array([recordings[r].measured[t : t + ahead + 1] for r, t in given.places])  # (n, S + 1, 4)
+    of = [r for r, _ in given.places]
+    courses = _replayed(result, of, replay, starts, given.ahead(ahead))
     errors = courses - seen
     if result.offsets:
         errors[:, :, 0] += np.array([result.offsets[r].tilt for r in of])[:, None]
@@ -247,10 +265,20 @@ def _remembered(result: FilterResult, period: float) -> int | None:
     return math.ceil(_IMU_MEMORY / period)
 
 
-def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int | None, ahead: int) -> ReplayStart:
+def _start(
+    trajectory: Trajectory, recording: Recording, t: int, commands: Array, remembered: int | None, ahead: int
+) -> ReplayStart:
     """The motion that a model's filter sees at an instant, with the past that its effects remember.
 
     From there on the robot turns for some control periods `ahead` as it was measured to.
+
+    Args:
+        trajectory: that the filter sees in the recording.
+        recording: of the robot.
+        t: the instant.
+        commands: (t, k) before it, as of `Replay`.
+        remembered: control periods of past motion that sensors still know of; None for all.
+        ahead: control periods.
     """
     past = slice(0 if remembered is None else max(t - remembered, 0), t)
     return ReplayStart(
@@ -270,7 +298,7 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int
             joints=(float(trajectory.dry[t, 0]), float(trajectory.dry[t, 1])),
             ground=(float(trajectory.dry[t, 2]), float(trajectory.dry[t, 3])),
         ),
-        past_commands=recording.commands[:t],
+        past_commands=commands,
         past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[past],
         yaw_rates=recording.yaw_rate[t : t + ahead + 1],
     )
@@ -285,7 +313,7 @@ def _floor(
         result: of the model that is taken to be right.
         rollouts: of it.
         replay: runs the model in the physics engine.
-        commands: of the rollouts, (n, S).
+        commands: of the rollouts, (n, S, k).
         noise: as of `measure_gaps`.
         radius: as of `measure_gaps`.
     """

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.engine import dividing_step
+from twbal.core.engine import dividing_step, substeps
 from twbal.core.episode import Episode
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import OUTWEIGHED, UNCONFIRMED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
@@ -262,7 +262,8 @@ def _diagnosis(
         named = _seen_by(found.named, split, simulation.robot, settings)
     period = simulation.robot.control_period
     horizons = sorted({max(1, round(horizon / period)) for horizon in data.horizons})
-    stretches = RolloutStarts(round(_SETTLED / period), _SPACING, data.starts, horizons[-1])
+    physics_steps = substeps(period, simulation.physics_step)
+    stretches = RolloutStarts(round(_SETTLED / period), _SPACING, data.starts, horizons[-1], physics_steps)
     engine = partial(replayed, simulation)
     gaps = measure_gaps(
         Models(nominal, refitted, named),

@@ -30,7 +30,8 @@ class ReplayStart:
     Attributes:
         initial: tilt [rad], tilt rate [rad/s] and speed [m/s].
         restart: wheels, turning, and where in the recording it is.
-        past_commands: (t,) all commands since the recording began [N·m]: they fill delays and lags and drain batteries.
+        past_commands: (t, k) or (t,) all commands since the recording began, in equal parts of each period or of whole
+            ones [N·m]: they fill delays and lags and drain batteries.
         past_motion: (k, 3) tilt, tilt rate and speed at the k instants before, oldest first: a late IMU still shows
             them, and they have misled a filter of the tilt.
         yaw_rates: (S + 1,) of the robot from the start on [rad/s]: it turns as it did, as what turned it is no part of
@@ -59,21 +60,20 @@ def replay(
             recorded ones acted.
         physics_step: [s].
         starts: n motions.
-        commands: (n, S) [N·m].
+        commands: (n, S, k) of k equal parts of each period, or (n, S) of whole ones [N·m].
 
     Raises:
-        ConfigError: the physics step does not divide the control period.
+        ConfigError: the physics step does not divide the control period, or a part of it.
         DataError: there is not one row of commands for each start.
     """
     if len(starts) != len(commands):
         raise DataError(f"A replay needs commands for each of {len(starts)} starts; found {len(commands)}.")
     model = assemble(robot, [effect for effect in effects if not isinstance(effect, _LEFT_OUT)])
     world = World(model, physics_step)
-    steps = substeps(robot.control_period, physics_step)
-    actuated = _Actuated(model, physics_step, steps)
+    actuated = _Actuated(model, physics_step)
     try:
         courses = [
-            _course(world, model, physics_step, steps, start, held, actuated)
+            _course(world, model, physics_step, start, _in_parts(held), actuated)
             for start, held in zip(starts, commands, strict=True)
         ]
     finally:
@@ -87,40 +87,46 @@ class _Actuated:
     Actuators know of commands alone, so what a delay or a battery remembers at a start is what it came to on the way.
     """
 
-    def __init__(self, model: RobotModel, physics_step: float, steps: int) -> None:
-        self._model, self._physics_step, self._steps = model, physics_step, steps
+    def __init__(self, model: RobotModel, physics_step: float) -> None:
+        self._model, self._physics_step = model, physics_step
         self._effect_state = self._fresh()
         self._commands, self._torques = np.zeros(0), list[float]()  # so far
 
-    def torques(self, past: Array, held: Array) -> Iterator[float]:
-        """Of each physics step under `held` (S,), which comes after all commands of the `past` (t,) [N·m]."""
+    def torques(self, past: Array, held: Array, steps: int) -> Iterator[float]:
+        """Of each physics step.
+
+        Args:
+            past: (t,) all commands before [N·m].
+            held: (S,) the next ones [N·m].
+            steps: physics steps for which each of them is held.
+        """
         commands = np.concatenate([past, held])
         known = min(len(self._commands), len(commands))
         if not np.array_equal(self._commands[:known], commands[:known]):  # another recording
             self._effect_state, self._commands, self._torques = self._fresh(), np.zeros(0), []
         for command in map(self._model.clip, commands[len(self._commands) :]):
-            self._torques += [self._effect_state.actuate(command) for _ in range(self._steps)]
+            self._torques += [self._effect_state.actuate(command) for _ in range(steps)]
         self._commands = max(self._commands, commands, key=len)
-        return iter(self._torques[len(past) * self._steps : len(commands) * self._steps])
+        return iter(self._torques[len(past) * steps : len(commands) * steps])
 
     def _fresh(self) -> EffectState:
         return self._model.start(self._physics_step, np.random.default_rng(0))
 
 
+def _in_parts(commands: Array) -> Array:
+    """Commands (S, k), of k equal parts of each period, or (S,), which are held."""
+    return commands if commands.ndim == 2 else commands[:, None]
+
+
 def _course(
-    world: World,
-    model: RobotModel,
-    physics_step: float,
-    steps: int,
-    start: ReplayStart,
-    commands: Array,
-    actuated: _Actuated,
+    world: World, model: RobotModel, physics_step: float, start: ReplayStart, commands: Array, actuated: _Actuated
 ) -> list[Observation]:
-    """The observations after one start."""
+    """The observations after one start under commands (S, k)."""
     period = model.robot.control_period
+    steps = substeps(period / commands.shape[1], physics_step)
     effect_state = _remembering(model, physics_step, start)
     if any(actuator.remembers for actuator in model.actuators):
-        torques = actuated.torques(start.past_commands, commands)
+        torques = actuated.torques(_in_parts(start.past_commands).ravel(), commands.ravel(), steps)
         effect_state = dataclasses.replace(effect_state, actuators=(lambda _: next(torques),))
     time = len(start.past_commands) * period
     world.reset(start.initial, start.restart.heading)
@@ -131,7 +137,8 @@ def _course(
         if i:
             if len(start.yaw_rates):
                 world.turn_at(0.5 * float(start.yaw_rates[i - 1] + start.yaw_rates[i]))
-            world.advance(model.clip(commands[i - 1]), effect_state, steps)
+            for command in commands[i - 1].tolist():
+                world.advance(model.clip(command), effect_state, steps)
         now = world.motion()
         truth = Observation(
             time=time + i * period,

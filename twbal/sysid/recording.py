@@ -94,6 +94,10 @@ class Recording:
         """The predictor's states (T + 1, 19) at the instants of an even loop, at which `measured` is."""
         return states if self.uneven is None else self.uneven.even_states(states, self.period)
 
+    def commands_over(self, parts: int) -> Array:
+        """(T, parts) commands that acted in equal parts of each period; (T, 1) of an even loop, which held each."""
+        return self.commands[:, None] if self.uneven is None else self.uneven.commands_over(self.period, parts)
+
     def commanded(self, change: Callable[[Array], Array]) -> "Recording":
         """The same with other commands, by what makes them (T,) of those that were sent (T,)."""
         if self.uneven is None:

@@ -65,6 +65,21 @@ class UnevenLoop(NamedTuple):
         found[:, _ANGLES] -= 0.5 * np.maximum(since * until, 0.0)[:, None] * slopes
         return found
 
+    def commands_over(self, period: float, parts: int) -> Array:
+        """Means (T, parts) of the commands over equal parts of each period of an even loop [N·m].
+
+        Args:
+            period: control period [s].
+            parts: of each, such as its physics steps.
+        """
+        instants = np.concatenate([[self.instants[0] - period], self.instants, [self.instants[-1] + period]])
+        commands = np.concatenate([self.commands[:1], self.commands, self.commands[-1:]])
+        impulse = np.concatenate([[0.0], np.cumsum(commands * np.diff(instants))])
+        even = self.instants - self.lateness * period
+        edges = np.interp(np.arange(len(self.commands) * parts + 1) / parts, np.arange(len(even)), even)
+        means = np.diff(np.interp(edges, instants, impulse)) / np.diff(edges)
+        return np.asarray(means.reshape(-1, parts))
+
     def part(self, begin: int, end: int) -> "UnevenLoop":
         """What lies between two instants, which both belong to it."""
         whole = slice(begin, end + 1)
