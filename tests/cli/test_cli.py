@@ -2,6 +2,7 @@ import os
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from hydra._internal.hydra import Hydra
@@ -107,6 +108,14 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
         ("policy=~/runs", "~ stands for your home folder only where a word begins. Write $HOME in its place"),
         ("hydra.run.dir=~", "hydra.run.dir=~ is in a folder that is called ~, and not in your home folder."),
         ("hydra.run.dir='~/a'", "hydra.run.dir='~/a' is in a folder that is called ~, and not in your home folder."),
+        (
+            "policy.path=outputs/.../policy.pt",
+            "policy.path=outputs/.../policy.pt has ... where the name of a folder or",
+        ),
+        ("start.tilt_sd=...", "start.tilt_sd=... has ... where the name of a folder or a value belongs."),
+        ("start.tilt_sdd=1", "sim-collect has no setting 'start.tilt_sdd' (did you mean 'start.tilt_sd'?)"),
+        ("policy.path=out", "sim-collect has the setting policy.path only with policy=saved: add that."),
+        (f"policy={Path(__file__).parent}", f"or run folder {Path(__file__).parent} meant? Give policy=saved policy."),
         ("hydra.run.dir=", "hydra.run.dir= names no folder. Is a variable of the shell empty?"),
     ],
 )

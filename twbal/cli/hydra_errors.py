@@ -5,17 +5,19 @@ import inspect
 import re
 import traceback
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import yaml
 from hydra import compose
 from hydra.core.global_hydra import GlobalHydra
-from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
+from hydra.errors import HydraException, InstantiationException, MissingConfigException, OverrideParseException
 from hydra.utils import get_object
 from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
+from twbal.cli.refused_words import HOME
 from twbal.cli.settings.comma_number import is_comma_number
 from twbal.cli.settings.nested_settings import ancestors, flattened
 from twbal.cli.settings.renamed import CHOICES, CHOICES_INSTEAD, name_now, renamed
@@ -24,8 +26,8 @@ from twbal.core.errors import ConfigError, TwbalError, install_advice
 _EFFECTS = "sim.effects."
 _DEFAULTS = "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]`."
 _SIMULATIONS = "sim/"
+_POLICY = "policy"
 _HYDRAS_OWN = re.compile(r"_[a-z]+_")
-_HOME = "Write $HOME in its place, in double quotes or none, and the shell fills it in."
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
@@ -65,43 +67,6 @@ def explained(error: Exception, stage: str, in_python: bool = False) -> TwbalErr
     if gone:
         return ConfigError(_gone(gone.group(1) or gone.group(2), error, stage))
     return ConfigError(_plain(error))
-
-
-def refuse_folder(word: str) -> None:
-    """Refuse a word that names a folder for results which cannot be meant: none, or one that is called ~.
-
-    Raises:
-        ConfigError: it cannot.
-    """
-    value = word.partition("=")[2]
-    if not value:
-        raise ConfigError(f"{word} names no folder. Is a variable of the shell empty?")
-    if re.match(r"""['"]?~(/|['"]?$)""", value):
-        raise ConfigError(f"{word} is in a folder that is called ~, and not in your home folder. {_HOME}")
-
-
-def refuse_unheeded(words: Sequence[str]) -> None:
-    """Refuse words that Hydra would drop in silence: a second --config-dir, or the folder of what is not run.
-
-    Args:
-        words: overrides and Hydra's flags.
-
-    Raises:
-        ConfigError: there is one.
-    """
-    folders = [word for word in words if re.match(r"(--config-dir|-cd)(=|$)", word)]
-    if len(folders) > 1:
-        raise ConfigError(
-            "Hydra takes a single --config-dir. Give one, and the other folder by "
-            "\"hydra.searchpath=['file:///<its absolute path>']\"."
-        )
-    if any(word.startswith("hydra.mode=") for word in words):
-        return
-    sweeps = bool({"-m", "--multirun"} & set(words))
-    of_other, own = ("hydra.run.dir", "hydra.sweep.dir") if sweeps else ("hydra.sweep.dir", "hydra.run.dir")
-    if any(word.startswith(f"{of_other}=") for word in words):
-        what = "a sweep, by -m, has" if sweeps else "a single run, without -m, has"
-        raise ConfigError(f"{of_other} would not be heeded: {what} its folder by {own}=...")
 
 
 def _where(stage: str, in_python: bool) -> str:
@@ -172,6 +137,11 @@ def _no_such_choice(error: MissingConfigException, in_python: bool) -> str:
     for file in sorted(Path.cwd().glob(f"*/{group}/{choice}.yaml"))[:1]:
         folder = file.relative_to(Path.cwd()).parts[0]
         more += f" There is one in the folder {folder}: {_of_folder(group, choice, folder, in_python)}."
+    if group.split("/")[0] == _POLICY:
+        given = f"{group}/{choice}".removeprefix(f"{_POLICY}/")
+        group = _POLICY
+        if Path(given).exists():
+            more += f" Is the file or run folder {given} meant? Give {_POLICY}=saved {_POLICY}.path={given}."
     if group.startswith(_SIMULATIONS):
         more += f" Nor is there a file or run folder {group.removeprefix(_SIMULATIONS)}/{choice}."
     return (
@@ -200,7 +170,7 @@ def _no_override(word: str, in_python: bool) -> str:
     if not equals:
         return f"{word!r} is not an override; expected key=value."
     if value.startswith("~"):
-        return f"{word!r} is not an override: ~ stands for your home folder only where a word begins. {_HOME}"
+        return f"{word!r} is not an override: ~ stands for your home folder only where a word begins. {HOME}"
     foreign = "".join(dict.fromkeys(letter for letter in word if letter.isalpha() and not letter.isascii()))
     also = f", or with letters such as {foreign}," if foreign else ""
     kept = "" if in_python else " that the shell does not take away"
@@ -239,9 +209,23 @@ def _no_such_key(key: str, stage: str, in_python: bool) -> str:
     if key.startswith(_EFFECTS) and "sim" in cfg:
         name = key.removeprefix(_EFFECTS).split(".")[0]
         return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."
+    with_it = _choices_with(key, stage)
+    if with_it:
+        return f"{stage} has the setting {key} only with {' or '.join(with_it)}: add that."
     top = ", ".join(str(name) for name in cfg)
     guess = _guess(key, known)
     return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; {_shown(stage, in_python)} shows all."
+
+
+def _choices_with(key: str, stage: str) -> list[str]:
+    """Choices of the group that a setting is in by its name, with which a stage has that setting, as group=choice."""
+    group, found = key.split(".")[0], []
+    for choice in _choices_of(group):
+        with composing(), suppress(HydraException, OmegaConfBaseException):  # of a group that the stage does not have
+            tree = OmegaConf.to_container(compose(stage.replace("-", "_"), [f"{group}={choice}"]))
+            if isinstance(tree, dict) and key in dict(flattened(tree)):
+                found.append(f"{group}={choice}")
+    return found
 
 
 def _gone(key: str, error: Exception, stage: str) -> str:

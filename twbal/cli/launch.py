@@ -13,7 +13,8 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
-from twbal.cli.hydra_errors import explained, refuse_folder, refuse_unheeded, refused_by_hydra, unreadable_yaml
+from twbal.cli.hydra_errors import explained, refused_by_hydra, unreadable_yaml
+from twbal.cli.refused_words import refuse_words
 from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated, with_job_folders
@@ -36,10 +37,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         TwbalError: the configuration, the stage or a job of a sweep failed.
         SystemExit: a flag of Hydra's ended the run.
     """
-    for word in words:
-        if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=")):
-            refuse_folder(word)
-    refuse_unheeded(words)
+    refuse_words(words)
     name = stage.replace("-", "_")
     words = with_sheet_folder(words)
     sys.argv = [program, *_overrides_first(with_job_folders(with_files(words)))]

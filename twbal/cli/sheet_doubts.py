@@ -1,5 +1,7 @@
 """What is doubted of the robot's sheet, and of the simulation with it, before a command begins."""
 
+from pathlib import PurePosixPath
+
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
@@ -28,8 +30,8 @@ def _of_name(name: str) -> list[str]:
     """A sentence on a sheet that has the name of another robot, such as that from which it was copied."""
     if not HydraConfig.initialized() or overridden("robot.name"):
         return []
-    file = HydraConfig.get().runtime.choices.get("robot")
-    if file in (None, name):
+    file = PurePosixPath(HydraConfig.get().runtime.choices.get("robot") or name).name
+    if file == name:
         return []
     return [
         f"the sheet of robot={file} has name: {name}, with which its episodes are marked. If it was copied from that "
