@@ -64,6 +64,27 @@ def test_in_pybullet_it_leaves_no_more_than_noise_on_the_end_of_a_recording(pape
         assert gap.after < 1.3 * gap.noise_floor, gap
 
 
+@pytest.mark.parametrize("off", [0.02, 0.0])
+def test_a_value_that_the_data_leave_open_makes_no_more_than_its_standard_error_says(off, paper, split, seen):
+    """All is right but the slope of the floor, by one standard error; without an error nothing is worked out."""
+    sloping = replace(seen, effects={**LASTING, "ground_slope": {"angle": off}})
+    drawn = [{**LASTING, "ground_slope": {"angle": angle}} for angle in (0.0, 2.0 * off)]
+    gaps = measure_gaps(
+        Models(seen, seen, sloping, drawn),
+        split.kept_back,
+        partial(run, paper),
+        [7],
+        RolloutStarts(5, 5, 40, 7),
+        LEVELS,
+        paper.wheel_radius,
+    )
+    (tilt,) = (gap for gap in gaps if gap.channel == "tilt")
+    assert (tilt.after > 2.0 * tilt.noise_floor) == (off > 0.0)
+    assert tilt.after == pytest.approx(tilt.expected, rel=0.15 if off else 0.3)
+    assert (tilt.parameter_floor > 0.0) == (off > 0.0)
+    assert tilt.is_near_floor(tilt.after) and tilt.interval_scale < 1.2
+
+
 def test_rollouts_of_a_filtered_tilt_begin_at_what_the_filter_showed(paper):
     """An accelerometer's noise drives such a filter off by 8 mrad, which lasts, and which no simulation knows of."""
     rate, off, rng = 1.5, 0.008, np.random.default_rng(4)

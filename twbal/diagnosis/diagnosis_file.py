@@ -28,6 +28,7 @@ def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
         "closed_by_refit",
         "closed_by_effects",
         "excess",
+        "parameter_floor",
         "interval_scale",
     )
     gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}

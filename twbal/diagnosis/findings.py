@@ -127,6 +127,7 @@ class Findings:
         power: of effects that the chosen set does not have: how likely they would have been found.
         null_score: of the best of these effects, and how often chance alone makes one score more; None where no sets
             were weighed.
+        drawn: effects as of `named.effects` with values that the data leave possible, drawn by their standard errors.
     """
 
     verdict: Verdict
@@ -148,6 +149,7 @@ class Findings:
     comparison: ModelComparison | None = None
     power: tuple[DetectionPower, ...] = ()
     null_score: NullScore | None = None
+    drawn: tuple[Effects, ...] = ()
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -15,7 +15,7 @@ import numpy as np
 from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState
-from twbal.diagnosis.findings import FilterResult, Trajectory
+from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.diagnosis.record import Gap
 from twbal.planar.robot_distribution import TILT_FILTER
 from twbal.sim.replay import ReplayStart
@@ -40,11 +40,12 @@ _FLAT = 0.1  # share of the floor by which `before` must exceed it for a share o
 
 
 class Models(NamedTuple):
-    """The same recordings by three models."""
+    """The same recordings by three models, and the last of them with values drawn by their standard errors."""
 
     nominal: FilterResult
     refitted: FilterResult
     named: FilterResult
+    drawn: Sequence[Effects] = ()
 
 
 class _Rollouts(NamedTuple):
@@ -124,16 +125,18 @@ def measure_gaps(
         noise: (4,) standard deviations of the sensors, in the order of `MEASURED`.
         radius: of the wheels [m].
     """
-    places = _places(recordings, stretches, models)
+    places = _places(recordings, stretches, models[:3])
     if not places:
         return ()
     given = _Given(recordings, [recording.commands_over(stretches.parts) for recording in recordings], places)
-    nominal, refitted = (_rollouts(model, given, replay, stretches.ahead) for model in models[:2])
+    nominal, refitted = (
+        _rollouts(model, given, replay, stretches.ahead) for model in (models.nominal, models.refitted)
+    )
     named = refitted
     if models.named is not models.refitted:
         named = _rollouts(models.named, given, replay, stretches.ahead)
     floor = _floor(models.named, named, replay, given.ahead(stretches.ahead), noise, radius)
-    gaps = []
+    gaps = list[Gap]()
     for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
             before, middle, after = (_rms(each.errors[:, steps, i]) for each in (nominal, refitted, named))
@@ -143,7 +146,11 @@ def measure_gaps(
             better = nominal if before < middle else refitted
             excess = _excess(named.errors[:, steps, i], better.errors[:, steps, i])
             gaps.append(Gap(MEASURED[i], horizon, before, middle, after, least, closed, float(floor[steps, i]), excess))
-    return tuple(gaps)
+    if not models.drawn or all(gap.is_near_floor(gap.after) for gap in gaps):
+        return tuple(gaps)
+    by_values = _parameter_floor(models, named, replay, given.ahead(stretches.ahead))
+    places_of = [(round(gap.horizon / recordings[0].period), MEASURED.index(gap.channel)) for gap in gaps]
+    return tuple(gap._replace(parameter_floor=float(by_values[at])) for gap, at in zip(gaps, places_of, strict=True))
 
 
 def _excess(errors: Array, others: Array) -> float:
@@ -318,7 +325,7 @@ def _floor(
         radius: as of `measure_gaps`.
     """
     starts, courses = rollouts.starts, rollouts.courses
-    some = np.linspace(0, len(starts) - 1, min(len(starts), _FLOOR_STARTS)).astype(int)
+    some = _some(rollouts)
     held, right, of = commands[some], courses[some], [rollouts.recordings[i] for i in some]
     values, vectors = np.linalg.eigh(result.posterior_covariance)
     variance = np.tile(noise**2, (right.shape[1], 1))
@@ -326,6 +333,34 @@ def _floor(
         off = [_moved(starts[i], np.sqrt(max(value, 0.0)) * direction, radius) for i in some]
         variance += np.mean((_replayed(result, of, replay, off, held) - right) ** 2, axis=0)
     return np.asarray(np.sqrt(variance))
+
+
+def _parameter_floor(models: Models, rollouts: _Rollouts, replay: Replay, commands: Array) -> Array:
+    """What the standard errors of the fitted values alone leave of each channel, (S + 1, 4): the median of the draws.
+
+    Args:
+        models: of which `drawn` is used.
+        rollouts: of `models.named`.
+        replay: runs a model in the physics engine.
+        commands: of the rollouts, (n, S, k).
+    """
+    some = _some(rollouts)
+    of, starts, right = (
+        [rollouts.recordings[i] for i in some],
+        [rollouts.starts[i] for i in some],
+        rollouts.courses[some],
+    )
+    errors = [
+        _replayed(replace(models.named, effects=effects), of, replay, starts, commands[some]) - right
+        for effects in models.drawn
+    ]
+    return np.asarray(np.sqrt(np.median([np.mean(each**2, axis=0) for each in errors], axis=0)))
+
+
+def _some(rollouts: _Rollouts) -> Array:
+    """Numbers of the starts from which floors are found."""
+    count = len(rollouts.starts)
+    return np.linspace(0, count - 1, min(count, _FLOOR_STARTS)).astype(int)
 
 
 def _moved(start: ReplayStart, by: Array, radius: float) -> ReplayStart:

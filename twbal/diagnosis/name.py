@@ -14,6 +14,7 @@ from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, log_offsets
 from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
+from twbal.diagnosis.drawn_effects import drawn_effects
 from twbal.diagnosis.exchange import exchanged
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
@@ -129,6 +130,7 @@ def name_effects(
     tilts = log_offsets(settings.tolerances, len(recordings), several_runs=False)  # the rest is none of its own
     nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), tilts))
     fitted = _filter_result(data, selection.base, effects)
+    last = fitted if named is selection.base else _filter_result(data, named, effects)
     return Findings(
         verdict=verdict,
         effects=effects_found,
@@ -143,12 +145,13 @@ def name_effects(
         nominal=filter_result_of(data, nominal, effects),
         nominal_errors=one_step_errors(data, nominal, named.fit.model),
         refitted=fitted,
-        named=fitted if named is selection.base else _filter_result(data, named, effects),
+        named=last,
         without=_without_each(problem, named, fitted, effects),
         refitted_data_sheet=shifts_of(selection.base, settings),
         comparison=comparison,
         power=power,
         null_score=chance,
+        drawn=drawn_effects(data, named, last.effects, settings.blocks),
     )
 
 

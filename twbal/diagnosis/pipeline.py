@@ -266,7 +266,7 @@ def _diagnosis(
     stretches = RolloutStarts(round(_SETTLED / period), _SPACING, data.starts, horizons[-1], physics_steps)
     engine = partial(replayed, simulation)
     gaps = measure_gaps(
-        Models(nominal, refitted, named),
+        Models(nominal, refitted, named, found.drawn),
         split.kept_back,
         engine,
         horizons,
@@ -323,7 +323,7 @@ def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Finding
     if found.added:
         left = head.left_by_refit if head else None
         diagnosis = replace(diagnosis, contradicted=True, remaining=diagnosis.remaining._replace(share=left))
-    return diagnosis, replace(found, named=found.refitted, added=(), effects=effects)
+    return diagnosis, replace(found, named=found.refitted, added=(), effects=effects, drawn=())
 
 
 def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, settings: Settings) -> FilterResult:

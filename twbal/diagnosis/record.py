@@ -1,5 +1,6 @@
 """What a diagnosis says: the record that reports draw and that `diagnosis.json` keeps."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -205,6 +206,8 @@ class Gap(NamedTuple):
         noise_floor: what sensor noise alone would leave if the simulation of `after` were right.
         excess: mean square of `after` less that of the better of `before` and `refitted`, in standard errors of the
             difference of rollouts from the same start.
+        parameter_floor: what the standard errors of the fitted values alone would leave of `after`; 0 where that is
+            near `noise_floor`, as it is not worked out then.
     """
 
     channel: str
@@ -216,6 +219,18 @@ class Gap(NamedTuple):
     closed: float | None
     noise_floor: float
     excess: float
+    parameter_floor: float = 0.0
+
+    @property
+    def expected(self) -> float:
+        """Error by noise and by the standard errors of the fitted values, were the form of the simulation right."""
+        return math.hypot(self.noise_floor, self.parameter_floor)
+
+    @property
+    def expected_by(self) -> str:
+        """What makes the error that is expected, for reports."""
+        more = " and what the recordings leave open of the fitted values" if self.parameter_floor else " alone"
+        return f"the sensors' noise{more}"
 
     @property
     def closed_by_refit(self) -> float | None:
@@ -246,14 +261,14 @@ class Gap(NamedTuple):
 
     @property
     def interval_scale(self) -> float:
-        """By how much 95 % intervals are wider than standard errors make them: `after` over `noise_floor`, at least 1.
+        """By how much 95 % intervals are wider than standard errors make them: `after` over `expected`, at least 1.
 
-        Where the simulation that has the effects is farther off than noise alone would make it, something is
-        wrong that standard errors do not know of (Birge, Phys. Rev. 40, 1932; the scale factor of the Particle Data
+        Where the simulation that has the effects is farther off than noise and standard errors would make it, something
+        is wrong that they do not know of (Birge, Phys. Rev. 40, 1932; the scale factor of the Particle Data
         Group's Review of Particle Physics, introduction). Only the tilt is asked, as in `is_near_floor`.
         """
         is_known = self.channel == "tilt" and self.noise_floor > 0.0
-        return max(1.0, self.after / self.noise_floor) if is_known else 1.0
+        return max(1.0, self.after / self.expected) if is_known else 1.0
 
     @property
     def widens_intervals(self) -> bool:
@@ -261,12 +276,12 @@ class Gap(NamedTuple):
         return self.interval_scale > _SAID_SCALE
 
     def is_near_floor(self, error: float) -> bool:
-        """Whether an error is no more than `EXPLAINED` times what sensor noise alone would leave.
+        """Whether an error is no more than `EXPLAINED` times what noise and the values' standard errors would leave.
 
         Only the tilt is asked: wheels in the air follow each command at once, and what logged commands are off by is
         not in the floor.
         """
-        return self.channel != "tilt" or error <= EXPLAINED * self.noise_floor
+        return self.channel != "tilt" or error <= EXPLAINED * self.expected
 
     def _share(self, change: float) -> float | None:
         known = self.before > (1.0 + _FLAT) * self.noise_floor

@@ -69,7 +69,7 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
     if verdict is Verdict.NONE and not gap.is_near_floor(gap.after):
         return Verdict.UNKNOWN, (
             f"No effect is worth naming, but rollouts on held-out data stay wrong: {error}, "
-            f"{gap.after / gap.noise_floor:.2g} times what the sensors' noise alone would make it."
+            f"{gap.after / gap.expected:.2g} times what {gap.expected_by} would make it."
         )
     return verdict, ""
 

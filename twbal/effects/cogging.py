@@ -28,12 +28,12 @@ class Cogging(JointTorqueEffect):
     )
     count: float = parameter("poles: periods in a turn of the wheel", "", (1.0, 60.0), start=12.0, value=12.0)
     phase: float = parameter(
-        "phase at angle 0, mean of both wheels", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0
+        "phase at angle 0, mean of both wheels", "rad", (-6.3, 6.3), start=0.0, value=0.0, least=-100.0, below=100.0
     )
     difference: float = parameter(
         "by which the right wheel's phase is ahead of the left one's",
         "rad",
-        (-3.2, 3.2),
+        (-6.3, 6.3),
         start=0.0,
         value=0.0,
         least=-100.0,

@@ -30,7 +30,7 @@ class EccentricWheel(OutsideEffect):
         value=0.02,
         below=0.9,
     )
-    phase: float = parameter("phase at angle 0", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0)
+    phase: float = parameter("phase at angle 0", "rad", (-6.3, 6.3), start=0.0, value=0.0, least=-100.0, below=100.0)
     reference = "J. P. Den Hartog: Mechanical Vibrations, 4th ed., McGraw-Hill, 1956."
     is_linear = False
     nearly_same_as = ("ground_waves", "cogging")

@@ -18,7 +18,7 @@ class GroundWaves(OutsideEffect):
     slope: float = parameter("amplitude of the slope", "rad", (0.0, 0.1), start=0.004, value=0.02)
     waves: float = parameter("waves in a metre of way", "1/m", (0.2, 10.0), start=1.5, value=1.5)
     phase: float = parameter(
-        "phase where the rollout begins", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0
+        "phase where the rollout begins", "rad", (-6.3, 6.3), start=0.0, value=0.0, least=-100.0, below=100.0
     )
     reference = "ISO 8608: Mechanical vibration - Road surface profiles - Reporting of measured data, 2016."
     is_linear = False

@@ -18,7 +18,7 @@ class PeriodicDisturbance(OutsideEffect):
     force: float = parameter("amplitude of the force", "N", (0.0, 50.0), start=3.0, value=3.0, scale=Scale.MASS)
     frequency: float = parameter("frequency of the force", "Hz", (0.05, 12.0), start=1.0, value=1.0)
     phase: float = parameter(
-        "phase when the rollout begins", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0
+        "phase when the rollout begins", "rad", (-6.3, 6.3), start=0.0, value=0.0, least=-100.0, below=100.0
     )
     reference = (
         "M. Bodson, S. C. Douglas: Adaptive algorithms for the rejection of sinusoidal disturbances with unknown "

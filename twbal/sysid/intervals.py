@@ -4,14 +4,14 @@ Errors of a model with a wrong form are neither white nor alike everywhere, and 
 little of them. Blocks of some seconds are nearly independent: how their slopes scatter gives the sandwich covariance.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import pairwise
 from math import sqrt
 
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.sysid.model import FreeParameter, Model
+from twbal.sysid.model import Field, FreeParameter, Model
 from twbal.sysid.normal_equations import inverse_of
 from twbal.sysid.prediction_error_fit import Fit
 
@@ -57,6 +57,38 @@ def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -
     spread = pulls.T @ pulls * blocks / (blocks - 1)
     sandwich = inverse @ spread @ inverse
     return np.sqrt(np.maximum(np.diag(inverse), np.diag(sandwich)))
+
+
+def drawn_values(
+    fit: Fit, J: Array, blocks: int, temperature: float, held: Collection[Field], count: int
+) -> list[dict[Field, float]]:
+    """Values of a fit drawn from what the data leave open about them, within their bounds.
+
+    They are normal, with the correlations of the curvature and with standard errors that the sandwich enlarges as it
+    does those of `standard_errors`.
+
+    Args:
+        fit, J, blocks, temperature: as of `standard_errors`.
+        held: fields that stay as they are; the others are drawn given these.
+        count: of the draws; the same each time.
+    """
+    free_parameters = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.free_parameters]
+    alone = np.sqrt(np.diag(inverse_of(curvature(free_parameters, J))))
+    enlarged = standard_errors(fit, J, blocks, temperature) / alone
+    open_ones = [i for i, free in enumerate(free_parameters) if free.field not in held]
+    moving = [free_parameters[i] for i in open_ones]
+    covariance = inverse_of(curvature(moving, J[:, open_ones]))
+    sds = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(sds, sds))
+    normals = np.random.default_rng(0).standard_normal((count, len(moving)))
+    by = (normals * np.sqrt(np.maximum(values, 0.0))) @ vectors.T * sds * enlarged[open_ones]
+    return [
+        {
+            free.field: float(np.clip(fit.model.value(free.field) + step, free.low, free.high))
+            for free, step in zip(moving, row, strict=True)
+        }
+        for row in by
+    ]
 
 
 def interval(value: float, error: float) -> tuple[float, float]:

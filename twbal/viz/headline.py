@@ -53,7 +53,7 @@ def effect_lines(diagnosis: Diagnosis) -> list[str]:
     head = diagnosis.headline
     if not lines or head is None or not head.widens_intervals:
         return lines
-    why = "held-out rollouts are so many times as far off as the sensors' noise alone would make them"
+    why = f"held-out rollouts are so many times as far off as {head.expected_by} would make them"
     return [*lines, f"(Intervals are {head.interval_scale:.2g} times as wide as the fit alone makes them: {why}.)"]
 
 
@@ -96,8 +96,8 @@ def _errors(head: Gap, added: str) -> str:
     with_it = f", {head.after:.3g} rad with {added}" if added else ""
     return (
         f"Held-out rollouts are off by {head.before:.3g} rad of {head.channel.replace('_', ' ')} after "
-        f"{head.horizon:g} s as the data sheet says, {head.refitted:.3g} rad refitted{with_it}; the sensors' noise "
-        f"alone would make that {head.noise_floor:.3g} rad."
+        f"{head.horizon:g} s as the data sheet says, {head.refitted:.3g} rad refitted{with_it}; {head.expected_by} "
+        f"would make that {head.expected:.3g} rad."
     )
 
 

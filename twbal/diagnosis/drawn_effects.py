@@ -1,0 +1,41 @@
+"""A fitted simulation with other values that the recordings leave possible.
+
+Where held-out data ask for what the fitted data hardly showed, such as how far the wheels come apart when the robot
+turns, rollouts go wrong although the form of the simulation is right.
+"""
+
+import numpy as np
+
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
+from twbal.diagnosis.findings import Effects
+from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.sysid.intervals import drawn_values
+from twbal.sysid.model import Data
+from twbal.sysid.prediction_error_fit import slopes_of
+
+_DRAWS = 6
+
+
+def drawn_effects(data: Data, hypothesis: FittedHypothesis, effects: Effects, blocks: int) -> tuple[Effects, ...]:
+    """Effects with values drawn from what the data leave open.
+
+    The wheels' mass and inertia, for which the simulation has no effect, stay as they are.
+
+    Args:
+        data: that the hypothesis was fitted to.
+        hypothesis: whose standard errors these are.
+        effects: values of it as the simulation takes them, about which is drawn.
+        blocks: into which the data are cut, as of `standard_errors`.
+    """
+    fit, found = hypothesis.fit, []
+    for values in drawn_values(fit, slopes_of(data, fit), blocks, hypothesis.temperature, WHEELS, _DRAWS):
+        drawn = {name: dict(parameters) for name, parameters in effects.items()}
+        for field, factor in DATA_SHEET.items():
+            if field in values:
+                drawn[factor.effect][factor.parameter] += values[field] - fit.model.value(field)
+        for candidate in hypothesis.effects:
+            for p in candidate.parameters:
+                by = values[candidate.field(p)] - fit.model.value(candidate.field(p))
+                drawn[candidate.name][p.name] = float(np.clip(effects[candidate.name][p.name] + by, p.low, p.high))
+        found.append(drawn)
+    return tuple(found)
