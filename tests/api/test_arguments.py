@@ -1,5 +1,6 @@
 """An argument that cannot be meant is one clear error, before anything is done."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 import twbal
-from twbal.core.errors import ConfigError, LogError
+from twbal.core.errors import ConfigError, LinkError, LogError
 from twbal.effects.dead_zone import DeadZone
 from twbal.policies.policy import Policy
 from twbal.policies.random import RandomPolicy
@@ -75,6 +76,39 @@ def test_trials_need_a_policy_and_one_at_least():
         twbal.evaluate(None)
 
 
+@pytest.mark.parametrize(
+    ("use", "word", "argument"),
+    [
+        (lambda words: twbal.setup("paper", words), "robot=lego", "robot"),
+        (lambda words: twbal.setup(twbal.robot(), words), "++robot=lego", "robot"),
+        (lambda words: twbal.connect("/dev/ttyUSB0", overrides=words), "robot=lego", "robot"),
+        (lambda words: twbal.connect("/dev/ttyUSB0", overrides=words), "link.port=/dev/ttyUSB1", "port"),
+        (lambda words: twbal.connect("/dev/ttyUSB0", overrides=words), "link=virtual", "port"),
+        (lambda words: twbal.evaluate(POLICY, trials=1, overrides=words), "trials=3", "trials"),
+        (lambda words: twbal.evaluate(POLICY, trials=1, overrides=words), "seed=5", "seed"),
+        (lambda words: twbal.evaluate(POLICY, trials=1, overrides=words), "robot=lego", "robot"),
+        (lambda words: twbal.simulate(steps=2, overrides=words), "trials=3", "trials"),
+        (lambda words: twbal.simulate(steps=2, overrides=words), "seed=5", "seed"),
+        (lambda words: twbal.diagnose(EXCITED, overrides=words), "episodes=elsewhere", "episodes"),
+        (lambda words: twbal.diagnose(EXCITED, overrides=words), "test_episodes=[elsewhere]", "test_episodes"),
+        (lambda words: twbal.evaluate_simulation({}, EXCITED, overrides=words), "sims={a: b.yaml}", "simulations"),
+        (lambda words: twbal.evaluate_simulation({}, EXCITED, overrides=words), "episodes=elsewhere", "episodes"),
+    ],
+)
+def test_an_override_of_what_is_an_argument_is_refused(use, word, argument):
+    with pytest.raises(
+        ConfigError, match=rf"has no argument for; found '{re.escape(word)}'\. Give {argument}=\.\.\. to"
+    ):
+        use(["success.duration=2", word])
+
+
+def test_values_of_the_robot_and_of_the_link_may_be_among_the_overrides():
+    assert twbal.setup("paper", ["robot.body_mass=12"]).simulation.robot.body_mass == 12.0
+    assert twbal.setup("paper", ["seed=5", "trials=3"]).algorithm.seed == 5
+    with twbal.connect(overrides=["link=virtual", "link.seed=3"]) as plant:
+        assert plant.robot_name == "paper"
+
+
 def test_effects_of_a_plant_are_not_left_out_in_silence():
     with twbal.setup().simulation.plant(seed=0) as plant, pytest.raises(ConfigError, match="here a plant is driven"):
         twbal.evaluate(POLICY, plant=plant, effects=[DeadZone(1.0)])
@@ -89,6 +123,19 @@ def test_what_is_no_plant_is_told():
         twbal.evaluate(POLICY, plant=3)
 
 
+def test_a_plant_that_was_closed_is_no_robot_whose_motors_may_be_on():
+    with twbal.connect() as plant:
+        pass
+    for drive in (lambda: twbal.evaluate(POLICY, plant=plant, trials=1), lambda: twbal.learn(plant)):
+        with pytest.raises(LinkError, match=r"This plant was closed.* Connect anew") as caught:
+            drive()
+        assert "MAY STILL BE ON" not in str(caught.value)
+    with twbal.setup().simulation.plant(seed=0) as simulated:
+        pass
+    with pytest.raises(LinkError, match=r"This simulated plant was closed.* Make another one"):
+        twbal.evaluate(POLICY, plant=simulated, trials=1)
+
+
 def test_what_a_set_up_would_overrule_is_told():
     setup = twbal.setup()
     with setup.simulation.plant(seed=0) as plant:
@@ -98,6 +145,10 @@ def test_what_a_set_up_would_overrule_is_told():
             twbal.learn(plant, "paper", ["updates=3"], setup=setup)
         with pytest.raises(ConfigError, match="The robot is 'regbot', and the set-up is of 'paper'"):
             twbal.learn(plant, "regbot", setup=setup)
+        heavy = twbal.setup(replace(twbal.robot(), name="heavy", body_mass=11.0))
+        for paper in ("paper", twbal.robot("paper")):
+            with pytest.raises(ConfigError, match="The robot is 'paper', and the set-up is of 'heavy'"):
+                twbal.learn(plant, paper, setup=heavy)
         with pytest.raises(ConfigError, match=r"setup must be what twbal.setup\(\.\.\.\) returns; found a dict"):
             twbal.learn(plant, setup={})
 
@@ -141,10 +192,30 @@ def test_what_no_file_can_hold_is_told(tmp_path):
     assert isinstance(policy, Policy)
     with pytest.raises(ConfigError, match=r"one that a file can hold \(RbfPolicy, .*found a RandomPolicy"):
         twbal.save_policy(tmp_path / "policy.pt", policy)
+    for own in (policy, Constant()):
+        with pytest.raises(ConfigError, match=rf"one that a file can hold \(RbfPolicy, .*found a {type(own).__name__}"):
+            twbal.export_policy(own, tmp_path / "ex")
+    assert not (tmp_path / "ex").exists()
     with pytest.raises(ConfigError, match="distil must be a whole number of at least 0; found -1"):
         twbal.export_policy(POLICY, tmp_path, distil=-1)
     with pytest.raises(ConfigError, match="found 3 among them"):
         twbal.read_episodes([3])
+
+
+@pytest.mark.parametrize(("value", "found"), [(None, "found None"), ([POLICY], "found a list"), (3, "found 3")])
+def test_what_is_no_path_is_told(value, found):
+    policy = twbal.load_policy(POLICY)
+    for use, of in (
+        (lambda path: twbal.load_policy(path), "path must be the path of a policy.pt"),
+        (lambda path: twbal.load_model(path), "path must be the path of a model.pt"),
+        (lambda path: twbal.save_policy(path, policy), "path must be the path of the policy.pt to write"),
+        (lambda path: twbal.export_policy(policy, path), "folder must be the path of the folder to write into"),
+    ):
+        with pytest.raises(ConfigError, match=f"{of}; {found}"):
+            use(value)
+    if value is None:
+        with pytest.raises(ConfigError, match=r"paths must be the path of a log or of a folder .*; found None"):
+            twbal.read_episodes(value)
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_the_name_of_ones_own_sheet_is_answered_by_what_to_do_in_python(folder, 
 def test_another_choice_of_ones_own_is_answered_by_an_override_that_works(folder):
     with pytest.raises(ConfigError, match=r"add 'hydra\.searchpath=\[my_conf\]' to the overrides"):
         twbal.setup("paper", ["cost=mine"])
-    assert twbal.setup("paper", ["hydra.searchpath=[my_conf]", "robot=wobbly"]).simulation.robot.name == "wobbly"
+    assert twbal.setup("my_conf/robot/wobbly.yaml", ["hydra.searchpath=[my_conf]", "cost=mine"])
 
 
 @pytest.mark.parametrize(

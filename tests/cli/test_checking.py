@@ -125,7 +125,8 @@ def test_a_class_of_ones_own_is_asked_for_finite_numbers_alone():
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        (["sim.effects={dead_zone:{width:1}}"], "New ones are added by +sim.effects.<name>="),
+        (["sim.effects={dead_zone:{width:1}}"], "Add it by +effect@sim.effects.dead_zone=dead_zone."),
+        (["sim={effects:{dead_zone:{width:1}}}"], "Add it by +effect@sim.effects.dead_zone=dead_zone."),
         (["sim.effects.dead_zone.width=1"], "Add it by +effect@sim.effects.dead_zone=dead_zone."),
         (["+sim.effects.dead_zone.width=1"], "an effect by its name, as in +effect@sim.effects.dead_zone="),
         (["+sim.effects.dead_zone=dead_zone"], "sim.effects.dead_zone=dead_zone; expected settings of its own"),

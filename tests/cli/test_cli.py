@@ -149,6 +149,76 @@ def test_a_choice_in_a_folder_that_was_not_named_is_pointed_to(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize(
+    ("word", "flags", "expected"),
+    [
+        ("import=my_conf/import/mine.yaml", [], "For that file give --config-dir=my_conf import=mine."),
+        ("import=my_conf/import/mine.yaml", ["--config-dir=my_conf"], "For that file give import=mine."),
+        ("import=mine.yaml", [], "There is one in the folder my_conf: give --config-dir=my_conf import=mine."),
+        ("import=loose.yaml", [], "Move it to my_conf/import/loose.yaml, and give --config-dir=my_conf import=loose."),
+        ("import=my_conf/import/none.yaml", [], "The choices are: columns, regbot."),
+    ],
+)
+def test_a_choice_by_the_path_of_its_file_is_told_how_it_is_chosen(word, flags, expected, tmp_path, capsys):
+    (tmp_path / "my_conf" / "import").mkdir(parents=True)
+    for path in ("my_conf/import/mine.yaml", "loose.yaml"):
+        (tmp_path / path).write_text("names: []\n")
+    assert main(["import-log", "files=ride.csv", word, *flags]) == 1
+    assert (said := only_error(capsys)).startswith(f"import has no choice '{word.removeprefix('import=')}'")
+    assert said.endswith(expected)
+
+
+def test_an_advised_folder_with_a_blank_is_quoted_for_the_shell(tmp_path, capsys):
+    (tmp_path / "my conf" / "import").mkdir(parents=True)
+    (tmp_path / "my conf" / "import" / "mine.yaml").write_text("names: []\n")
+    assert main(["import-log", "files=ride.csv", "import=mine"]) == 1
+    assert only_error(capsys).endswith("There is one in the folder my conf: add '--config-dir=my conf'.")
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        (b"", "is empty; expected are lines such as `body_mass: 1.09`"),
+        (b"# nothing\n", "is empty"),
+        (b"[1, 2]\n", "holds no values by name; expected are lines"),
+        (b"robot\n", "lacks its first entry. Add `_target_: "),
+        ("name: mine\n".encode("utf-16"), "is no text in UTF-8"),
+    ],
+)
+@pytest.mark.parametrize("sweep", [[], ["-m", "seed=1,2"]])
+def test_a_file_that_is_no_robot_sheet_is_named(written, expected, sweep, tmp_path, capsys):
+    sheet = tmp_path / "mine" / "robot" / "mine.yaml"
+    sheet.parent.mkdir(parents=True)
+    sheet.write_bytes(written)
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine", *sweep]) == 1
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert f"{sheet} {expected}" in said
+
+
+def test_a_sheet_that_is_a_list_has_no_value_to_set(tmp_path, capsys):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text("- 1\n")
+    assert main(["lqr", f"--config-dir={tmp_path / 'mine'}", "robot=mine", "robot.body_mass=3"]) == 1
+    assert "robot.body_mass=3 sets a value by its name, and robot is a list." in only_error(capsys)
+
+
+def test_an_experiment_without_a_robot_is_refused(tmp_path, capsys):
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment" / "mine.yaml").write_text("# @package _global_\nrobot: null\n")
+    assert main(["iterate", f"--config-dir={tmp_path}", "experiment=mine"]) == 1
+    assert only_error(capsys) == "iterate cannot have robot=null; expected is a robot, chosen by robot=<name>."
+
+
+@pytest.mark.parametrize(
+    ("group", "choice"), [("robot", "lego"), ("robot", "mine"), ("state", "paper"), ("sim", "nominal")]
+)
+def test_a_choice_that_an_experiment_takes_for_a_value_is_told_how_it_is_chosen(group, choice, tmp_path, capsys):
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment" / "mine.yaml").write_text(f"# @package _global_\n{group}: {choice}\n")
+    assert main(["iterate", f"--config-dir={tmp_path}", "experiment=mine", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert f"`defaults: [{{override /{group}: {choice}}}]` above the settings." in only_error(capsys)
+
+
+@pytest.mark.parametrize(
     ("stage", "body", "expected"),
     [
         ("real-rollout", "link: {sed: 3}", "real-rollout has no setting 'link.sed' (did you mean 'link.seed'?)"),
@@ -171,9 +241,95 @@ def test_a_stage_without_a_simulation_is_not_told_to_add_effects(capsys):
     assert "fit-sim-gp has no setting 'sim.effects.dead_zone.width'" in only_error(capsys)
 
 
-def test_a_node_that_is_given_another_entry_is_told_how_one_is_added(capsys):
-    assert main(["sim-collect", "start={foo: 1}"]) == 1
-    assert "cannot set start to that: it has no such entries. New ones are added by +start.<name>" in only_error(capsys)
+@pytest.mark.parametrize(
+    ("stage", "word", "expected"),
+    [
+        ("sim-collect", "start={foo: 1}", "no setting 'start.foo'. Those of start are: tilt_mean, tilt_sd"),
+        ("sim-collect", "start={tilt_sdd: 1}", "no setting 'start.tilt_sdd' (did you mean 'start.tilt_sd'?)"),
+        ("check-link", "link={port: /dev/x}", "has the setting link.port only with link=serial: add that."),
+        ("iterate", "agent.options={foo: 1}", "no such entries. New ones are added by +agent.options.foo=..."),
+        ("iterate", "ensemble={late: {dead_zone: {}}}", "Add it by +effect@ensemble.late.dead_zone=dead_zone."),
+    ],
+)
+def test_a_node_that_is_given_another_entry_is_told_what_it_has_or_how_one_is_added(stage, word, expected, capsys):
+    assert main([stage, word]) == 1
+    assert expected in only_error(capsys)
+
+
+@pytest.mark.parametrize(
+    "word", ["+effect@sim.effects.dead_zone=dead_zone", "+effect@ensemble.late.dead_zone=dead_zone"]
+)
+def test_an_effect_is_added_as_the_errors_say(word, capsys):
+    assert main(["iterate", word, "--cfg", "job"]) == 0
+    assert "_target_: twbal.effects.dead_zone.DeadZone" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("word", ["+link.port=/dev/ttyUSB0", "++link.port=/dev/ttyUSB0", "+experiment@_global_=mine"])
+def test_a_setting_of_another_link_is_refused_before_anything_runs(word, tmp_path, capsys):
+    (tmp_path / "conf" / "experiment").mkdir(parents=True)
+    (tmp_path / "conf" / "experiment" / "mine.yaml").write_text("# @package _global_\nlink: {port: /dev/ttyUSB0}\n")
+    assert main(["check-link", word, f"--config-dir={tmp_path / 'conf'}", "hydra.run.dir=out"]) == 1
+    assert only_error(capsys) == "check-link has the setting link.port only with link=serial: add that."
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_setting_of_the_link_that_was_not_chosen_is_refused(capsys):
+    assert main(["check-link", "link=serial", "link.port=/dev/none", "+link.seed=3"]) == 1
+    assert "check-link has the setting link.seed, but not with what was chosen here" in only_error(capsys)
+
+
+@pytest.mark.parametrize(
+    ("stage", "word", "given"),
+    [
+        ("real-rollout", "faults=none", "faults=none"),
+        ("real-rollout", "+faults=none", "faults=none"),
+        ("iterate", "faults=none", "faults=none"),
+        ("iterate", "faults.drag=[0,0]", "faults.drag=[0,0]"),
+        ("check-link", "physics_step=0.001", "physics_step=0.001"),
+    ],
+)
+def test_a_setting_of_the_virtual_robot_is_told_where_it_belongs(stage, word, given, capsys):
+    policy = ["policy=random"] if stage == "real-rollout" else []
+    assert main([stage, *policy, word]) == 1
+    assert f"for the virtual robot on the link give 'link.overrides=[\"{given}\"]'." in only_error(capsys)
+
+
+def test_a_setting_that_ends_like_one_of_the_virtual_robot_is_still_guessed(capsys):
+    assert main(["check-link", "seed=3"]) == 1
+    assert "(did you mean 'link.seed'?)" in only_error(capsys)
+
+
+def test_a_group_that_a_stage_does_not_read_cannot_be_added(capsys):
+    assert main(["lqr", "+course=none"]) == 1
+    assert "lqr has no setting 'course'" in only_error(capsys)
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("+robot=lego", "There is a robot already. Choose another one without +: robot=lego."),
+        ("+robot=paper", "There is a robot already. Choose another one without +: robot=paper."),
+        ("++robot=lego", "robot is a group, of which a choice is taken without ++: give robot=lego."),
+    ],
+)
+def test_a_choice_beside_the_one_that_there_is_is_said_to_be_chosen_without_plus(word, expected, capsys):
+    assert main(["lqr", word]) == 1
+    assert only_error(capsys) == expected
+
+
+def test_a_whole_number_in_another_notation_is_told_how_it_is_written(capsys):
+    assert main(["real-rollout", "policy.path=policy.pt", "first_trial=1e9"]) == 1
+    assert "expected a whole number from 0 to 1e9" in (said := only_error(capsys))
+    assert "Write first_trial=1000000000." in said
+    assert main(["real-rollout", "policy.path=policy.pt", "first_trial=1e10"]) == 1
+    assert "Write" not in only_error(capsys)
+
+
+@pytest.mark.parametrize("words", [[], ["-m", "seed=1,2"]])
+def test_a_stage_does_not_change_into_its_run_folder(words, tmp_path, capsys):
+    assert main(["sim-collect", "hydra.job.chdir=true", *words]) == 1
+    assert only_error(capsys).startswith("hydra.job.chdir=true cannot be: ")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_setting_that_an_experiment_replaced_is_said_to_be_replaced(capsys):
@@ -496,7 +652,7 @@ def test_a_list_of_defaults_of_ones_own_that_is_none_is_one_clear_error(written,
 
 def test_a_single_run_checks_its_settings_once(stage, monkeypatch):
     checks = []
-    monkeypatch.setattr("twbal.cli.sweeps.check_configuration", lambda cfg, stage: checks.append(stage))
+    monkeypatch.setattr("twbal.cli.sweeps.check_configuration", lambda cfg, stage, hydra: checks.append(stage))
     stage.main = lambda cfg: None
     assert main(["sim-collect"]) == 0
     assert checks == ["sim-collect"]

@@ -1,7 +1,9 @@
 import copy
 
 import pytest
+from hydra import compose
 from hydra.core.config_store import ConfigStore
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing, loaded, scaled
@@ -23,6 +25,14 @@ def test_a_robot_of_a_quarter_of_the_size_falls_in_half_the_time(unit):
     }
     length, time = UNITS[unit]
     assert scaled(2.5, unit, small) == pytest.approx(2.5 * 0.25**length * 0.5**time, rel=1e-12)
+
+
+def test_what_is_composed_in_the_midst_of_a_stage_leaves_that_its_hydra():
+    with composing():
+        running = GlobalHydra.instance().hydra
+        with composing():
+            assert compose("lqr").robot.name == "paper"
+        assert GlobalHydra.instance().hydra is running
 
 
 def test_copies_of_hydras_store_share_what_twbal_registers_and_each_composition_has_its_own():

@@ -66,6 +66,15 @@ def test_a_policy_without_as_many_functions_is_left_as_it_is(export):
     assert len(load_policy("out/policy.pt").weights) == 30
 
 
+def test_no_next_command_is_printed_that_would_be_refused(export):
+    code, said, _ = export("states=0")
+    assert code == 0 and "next  twbal real-rollout policy.path=" in said
+    code, said, _ = export("states=0", "robot.torque_limit=1", "hydra.run.dir=weak")
+    assert code == 0 and "made  weak/" in said and "next " not in said
+    assert "real-rollout would refuse it: The policy commands up to " in said
+    assert main(["real-rollout", f"policy.path={POLICY}", "state=rolling", "robot.torque_limit=1"]) == 1
+
+
 @needs_compiler
 def test_where_it_does_not_fit_it_says_what_to_do(export):
     faster = replace(load_policy(POLICY), control_period=0.005)

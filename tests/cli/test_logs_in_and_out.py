@@ -414,6 +414,43 @@ def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path
     assert len(read_recordings([recorded], ["ride"], instantiate(cfg.robot), limits)) == 1
 
 
+@pytest.mark.parametrize("guess", [(), ("guess=true",)])
+def test_a_folder_or_a_pattern_is_answered_by_its_files(guess, run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("logs").mkdir()
+    Path("logs/notes.md").write_text("by hand")
+    for given, said in (("logs", "it has no logs in it"), ("logs/*.csv", "nothing matches it")):
+        code, _, error = run("import-log", f"files={given}", ROBOT, *guess)
+        assert code == 1 and f"as in 'files=[a.csv,b.csv]' ({said})." in error and len(error.splitlines()) == 1
+    for name in ("b.csv", "a.csv", "c.txt"):
+        Path("logs", name).write_text(text(columns()))
+    for given, what in (("logs", "a folder"), ("logs/*.csv", "a pattern")):
+        code, _, error = run("import-log", f"files={given}", ROBOT, *guess)
+        assert code == 1
+        assert (
+            f"{given} is {what}; expected are files. Give each by its path: 'files=[logs/a.csv,logs/b.csv]'." in error
+        )
+    (words,) = re.findall(r"path: (.*)\.$", error)
+    assert run("import-log", *shlex.split(words), ROBOT, *guess, out="imported")[0] == 0
+
+
+def test_of_many_files_in_a_folder_the_shell_makes_the_list(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("logs").mkdir()
+    for k in range(6):
+        Path("logs", f"{k}.csv").write_text(text(columns(60)))
+    _, _, error = run("import-log", "files=logs", ROBOT)
+    (word,) = re.findall(r"bash lists these 6 by (.*)\.$", error)
+    listed = subprocess.run(["bash", "-c", f"echo {word}"], capture_output=True, text=True, check=True).stdout.strip()
+    assert listed == "files=[" + ",".join(f"logs/{k}.csv" for k in range(6)) + "]"
+
+
+def test_a_file_whose_name_looks_like_a_pattern_is_a_file(run, tmp_path):
+    path = tmp_path / "ride_*.csv"
+    path.write_text(text(columns()))
+    assert run("import-log", f"files={path}", ROBOT, out="imported")[0] == 0
+
+
 def test_logs_of_different_periods_are_said_not_to_go_together(run, log, tmp_path):
     other = tmp_path / "slow.csv"
     rows = columns()
@@ -430,10 +467,12 @@ def test_what_is_left_of_damaged_logs_is_saved(run, episode, tmp_path):
     (broken / "cut.mcap").write_bytes(whole[: 2 * len(whole) // 3])
     (broken / "foreign.mcap").write_bytes(b"no log at all")
     (broken / ".killed.mcap.123.partial").write_bytes(whole[: len(whole) // 2])
-    code, said, _ = run("repair", f"logs={broken}", out="saved")
-    assert code == 0
-    assert "lost" in said
-    assert "is not an MCAP file" in said
+    for is_again in (False, True):
+        code, said, error = run("repair", f"logs={broken}", out="saved")
+        assert code == 1
+        assert "Nothing could be saved of 1 logs; " in error and "not_saved.txt says why." in error
+        assert is_again or ("lost" in said and "is not an MCAP file" in said)
+    assert "foreign.mcap is not an MCAP file" in (tmp_path / "saved" / "not_saved.txt").read_text()
     saved = read_episode(tmp_path / "saved" / "episodes" / "cut.mcap")
     assert 0 < len(saved) < len(read_episode(episode))
     assert saved.tilt == pytest.approx(read_episode(episode).tilt[: len(saved) + 1], abs=0)
@@ -518,3 +557,26 @@ def test_bad_input_is_one_clear_line(words, run):
     assert code == 1
     assert BAD[words] in said
     assert len(said.splitlines()) == 1
+
+
+def test_a_folder_without_logs_names_folders_below_it_that_have_some(run, episode, tmp_path):
+    for k in (2, 10, 1, 0):
+        place = tmp_path / "it" / f"iteration_{k}" / "rollout" / "episodes"
+        place.mkdir(parents=True)
+        shutil.copy(episode, place)
+    code, _, said = run("export", f"episodes={tmp_path / 'it'}", out="csv")
+    named = ", ".join(str(tmp_path / "it" / f"iteration_{k}" / "rollout") for k in (0, 1, 10))
+    assert code == 1
+    assert f"Folders below it have: {named} and others. Give those that are meant." in said
+    assert run("export", f"episodes={tmp_path / 'it' / 'iteration_0' / 'rollout'}", out="csv")[0] == 0
+
+
+def test_logs_beside_an_empty_folder_of_episodes_are_taken(run, episode, tmp_path):
+    (tmp_path / "mine" / "episodes").mkdir(parents=True)
+    code, _, said = run("export", f"episodes={tmp_path / 'mine'}", out="csv")
+    assert code == 1
+    assert (
+        "has no episode logs (*.mcap), neither in itself nor in a folder episodes/ in it. Give the run folder" in said
+    )
+    shutil.copy(episode, tmp_path / "mine")
+    assert run("export", f"episodes={tmp_path / 'mine'}", out="csv")[0] == 0

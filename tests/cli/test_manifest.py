@@ -103,6 +103,23 @@ def test_other_work_is_never_overwritten(step, changes, message):
     assert (step.out / "sub" / "result.txt").read_text() == "3"
 
 
+def test_files_of_no_manifest_are_not_written_over(step):
+    kept = step.out / "sub" / "result.txt"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("a person's own")
+    work = Work(step)
+    with pytest.raises(ConfigError, match=r"has no manifest.json, but files .*: sub/result.txt. Choose a new folder"):
+        perform(step, work)
+    assert (work.times, kept.read_text()) == (0, "a person's own")
+
+
+def test_what_hydra_and_a_failed_job_leave_is_no_ones_work(step):
+    for name in (".hydra/config.yaml", ".lock", "failure.log", "count.log"):
+        (step.out / name).parent.mkdir(parents=True, exist_ok=True)
+        (step.out / name).write_text("")
+    assert perform(step, Work(step)).complete
+
+
 def test_a_folder_in_which_other_work_failed_at_once_is_free(step):
     def fail():
         (step.out / ".hydra").mkdir()

@@ -1,6 +1,7 @@
 """`twbal new-robot` on the command line: a sheet that other commands find, and answers that outlive Ctrl-C."""
 
 import io
+import shlex
 import sys
 
 import pytest
@@ -43,6 +44,13 @@ def test_answers_of_words_and_of_a_file_make_a_sheet_that_other_commands_find(tm
     assert "There is a sheet my_conf/robot/my_robot.yaml already" in capsys.readouterr().err
     assert main(["new-robot", "name=my_robot", "replace=true", "given.track=0.3"]) == 0  # from the kept answers
     assert yaml.safe_load((tmp_path / "my_conf" / "robot" / "my_robot.yaml").read_text())["track"] == 0.3
+
+
+def test_a_folder_with_a_blank_is_quoted_for_the_shell(capsys):
+    assert main(["new-robot", "name=mine", "folder=my conf", *words(ANSWERS)]) == 0
+    following = capsys.readouterr().out.split("next  ")[1]
+    assert shlex.split(following) == ["twbal", "lqr", "--config-dir=my conf", "robot=mine"]
+    assert main([*shlex.split(following)[1:], "hydra.run.dir=out"]) == 0
 
 
 def test_who_ends_it_goes_on_with_the_same_command(tmp_path, monkeypatch, capsys):

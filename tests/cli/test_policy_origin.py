@@ -60,6 +60,21 @@ def test_a_command_warns_of_a_policy_of_a_much_weaker_robot(regulator, as_from_a
     assert said.count("WARNING: The policy commands up to 0.49 N·m; the torque limit of the robot 'paper' is 20") == 1
 
 
+@pytest.mark.parametrize("stage", ["sim-collect", "export-policy"])
+@pytest.mark.parametrize(
+    ("words", "warns"),
+    [(["robot=regbot"], False), (["robot=balboa", "robot.control_period=0.015"], True)],
+    ids=["its own robot", "another robot"],
+)
+def test_a_command_warns_of_a_policy_of_another_robot(stage, words, warns, regulator, as_from_a_shell, capsys):
+    """Its place and speed are worked out by the radius of the wheels."""
+    more = ["rollouts=1", "steps=3", "policy=saved"] if stage == "sim-collect" else []
+    given = [*words, *more, "state=rolling", f"policy.path={regulator}", "hydra.run.dir=out"]
+    assert main([stage, *given]) == 0
+    said = capsys.readouterr().out
+    assert ("was made for the robot 'regbot', with a wheel radius of 0.03 m." in said) == warns
+
+
 @pytest.mark.parametrize("kind", ["path", "policy"])
 def test_the_library_refuses_a_policy_of_another_control_period(kind, regulator, tmp_path):
     policy = regulator if kind == "path" else twbal.load_policy(regulator)

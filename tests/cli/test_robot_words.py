@@ -34,6 +34,36 @@ def test_a_sheet_is_a_choice_of_its_folder(sheet):
     assert with_sheet_folder(["sim=a.yaml", "robot=paper"]) == ["sim=a.yaml", "robot=paper"]
 
 
+def test_of_several_robots_those_by_path_are_choices_of_their_folder(sheet):
+    chosen = ["-m", "robot=mine,paper", "--config-dir=my_conf"]
+    assert with_sheet_folder(["-m", f"robot={sheet},paper"]) == chosen
+    assert with_sheet_folder(["-m", f"robot='{sheet}',\"paper\""]) == chosen
+    assert with_sheet_folder(["-m", f"robot=choice({sheet},paper)"]) == chosen
+    other = sheet.with_name("its.yaml")
+    other.write_text(sheet.read_text())
+    assert with_sheet_folder(["-m", f"robot={sheet},{other}"]) == ["-m", "robot=mine,its", "--config-dir=my_conf"]
+    comma = sheet.rename(sheet.with_name("a,b.yaml"))
+    assert with_sheet_folder([f"robot={comma}"]) == ["robot='a,b'", "--config-dir=my_conf"]
+    assert with_sheet_folder(["-m", "robot=mine,paper"]) == ["-m", "robot=mine,paper"]
+
+
+def test_a_sweep_goes_over_sheets_by_their_paths(sheet, capsys):
+    assert main(["lqr", "-m", f"robot={sheet},paper", "hydra.sweep.dir=sweep"]) == 0
+    assert len(list(Path("sweep").glob("robot-*/policy.pt"))) == 2
+    assert main(["lqr", f"robot={sheet},paper"]) == 1
+    assert "'robot=mine,paper' has several values" in capsys.readouterr().err
+
+
+def test_sheets_of_two_folders_are_refused(sheet):
+    other = Path("their_conf", "robot", "theirs.yaml")
+    other.parent.mkdir(parents=True)
+    other.write_text(sheet.read_text())
+    with pytest.raises(ConfigError, match="lie in two folders, and Hydra takes a single --config-dir"):
+        with_sheet_folder(["-m", f"robot={sheet},{other}"])
+    with pytest.raises(ConfigError, match=r"There is no robot sheet none\.yaml"):
+        with_sheet_folder(["-m", f"robot={sheet},none.yaml"])
+
+
 def test_its_values_are_those_of_the_file_and_the_next_command_finds_it_too(sheet, capsys):
     assert main(["lqr", f"robot={sheet}", "hydra.run.dir=by_path"]) == 0
     said = capsys.readouterr().out
@@ -52,6 +82,9 @@ def test_the_next_command_has_the_search_path_that_was_given(sheet, capsys):
     ("place", "words", "said"),
     [
         ("none.yaml", [], "no robot sheet none.yaml.*twbal new-robot"),
+        ("gone/mine.yaml", [], "no robot sheet gone/mine.yaml; .*: give robot=my_conf/robot/mine.yaml"),
+        ("gone/mine.yaml", ["--config-dir=my_conf"], "; there is .*: give robot=mine beside --config-dir=my_conf"),
+        ("gone/paper.yaml", [], "; twbal has a robot of that name: give robot=paper."),
         ("mine.yaml", [], "cannot be chosen where it lies.*robot=my_conf/robot/mine.yaml"),
         ("my_conf/robot/mine.yml", [], "cannot be chosen where it lies"),
         ("my_conf/robot/balboa.yaml", [], "file name of a packaged robot"),
@@ -60,7 +93,7 @@ def test_the_next_command_has_the_search_path_that_was_given(sheet, capsys):
     ],
 )
 def test_what_cannot_be_chosen_is_refused_with_what_to_do(sheet, place, words, said):
-    if place != "none.yaml":
+    if not place.startswith(("none", "gone")):
         Path(place).write_text(sheet.read_text())
     with pytest.raises(ConfigError, match=said):
         with_sheet_folder([f"robot={place}", *words])

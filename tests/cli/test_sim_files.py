@@ -73,6 +73,19 @@ def test_the_file_replaces_the_simulation_that_another_word_chose(before, gain, 
     assert simulation(before, "robot=regbot", f"sim={gain}") == JUST_GAIN
 
 
+def test_a_file_among_several_simulations_is_refused_before_anything_is_made(gain, tmp_path, capsys):
+    several = f"sim=nominal,{text(str(gain))}"
+    assert main(["sim-collect", "-m", several]) == 1
+    said = capsys.readouterr().err
+    assert "names several simulations, one of them by its file" in said
+    assert f"Run the command once for each: with sim=nominal, then with sim={text(str(gain))}." in said
+    assert not list(tmp_path.rglob("multirun.yaml"))
+    with pytest.raises(ConfigError, match="names several simulations"):
+        with_files(["sim=nominal," + text(str(gain.parent))])
+    comma = gain.rename(gain.with_name("a,b.yaml"))
+    assert simulation(f"sim={comma}") == JUST_GAIN
+
+
 def test_the_simulation_that_is_chosen_last_counts(gain):
     assert simulation(f"sim={gain}", "sim=regbot") == simulation("sim=regbot")
 

@@ -63,6 +63,17 @@ def test_an_impossible_value_is_refused(kind, value):
         kind(value)
 
 
+@pytest.mark.parametrize("name", all_effects())
+@pytest.mark.parametrize("value", ["a", "1.0", None, [1.0]])
+def test_a_value_that_is_no_number_is_told(name, value):
+    kind = all_effects()[name]
+    first, *others = parameters_of(kind)
+    values = {first: value, **{other: parameters_of(kind)[other].value for other in others}}
+    with pytest.raises(ConfigError, match=rf"{first} of effect {kind.__name__} must be a number; found ") as caught:
+        kind(**values)
+    assert str(caught.value).endswith(f"found {value!r}.")
+
+
 def test_dead_zone_is_odd_continuous_and_flat_inside():
     u = np.linspace(-4, 4, 801)
     out = run(DeadZone(1.5), u)

@@ -242,6 +242,18 @@ def test_leaving_the_plant_disarms_and_closes():
     assert line.closed
 
 
+def test_a_plant_that_was_closed_says_so_and_nothing_of_its_motors():
+    plant, _, pendulum = linked()
+    with plant:
+        plant.reset(0)
+    for use in (lambda: plant.reset(1), lambda: plant.step(1.0), plant.check_open, lambda: drive(plant)):
+        with pytest.raises(LinkError, match=r"This plant was closed, .*Connect anew") as caught:
+            use()
+        assert not isinstance(caught.value, LinkLostError)
+    plant.stop()
+    assert pendulum.torques == [None]
+
+
 def test_commands_are_clipped_to_the_announced_limit_and_that_is_noted():
     plant, _, pendulum = linked()
     plant.reset(0)

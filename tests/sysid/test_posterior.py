@@ -284,6 +284,16 @@ def test_a_robot_that_lies_on_the_ground_tells_nothing(paper):
         posterior(prior_of(paper), [replace(episode, observations=lying)] * 2)
 
 
+def test_wheels_in_another_unit_end_in_no_traceback(paper):
+    """In ticks they are so fast that a filter of the tilt would have hidden a robot that lies: no such one is tried."""
+    wheels = [Observation._fields.index(name) for name in ("wheel_angle", "wheel_rate")]
+    episodes = episodes_of(paper, {}, 3)
+    in_ticks = np.ones(len(Observation._fields))
+    in_ticks[wheels] = 300.0
+    found = posterior(prior_of(paper), [replace(e, observations=e.observations * in_ticks) for e in episodes])
+    assert np.isfinite(found.mean).all() and np.isfinite(found.filter_rate).all()
+
+
 @pytest.mark.slow
 def test_what_comes_after_a_fall_is_not_used(paper):
     prior, episode = prior_of(paper), episodes_of(paper, {}, 8, steps=100)[0]

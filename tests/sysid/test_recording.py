@@ -167,6 +167,16 @@ def test_what_nothing_can_be_learned_from_is_refused_however_long_it_is(paper, w
     check_episodes([episode(periods=4)], ["run"], paper)
 
 
+def test_a_robot_that_never_stands_is_refused(paper):
+    """Such as by a tilt in degrees."""
+    lying = episode(channel=1, value=np.linspace(40.0, 60.0, 101))
+    with pytest.raises(
+        DataError, match=r"stands in none of 1 episodes: its tilt is 2.29e\+03° and more. Is the tilt in"
+    ):
+        check_episodes([lying], ["run"], paper)
+    check_episodes([lying, episode()], ["run", "other"], paper)
+
+
 def test_commands_in_another_unit_are_doubted(paper):
     usual, thousandths = episode(), episode(commands=1000.0 * np.sin(np.arange(100)))
     names = ["usual", "thousandths"]

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from numbers import Integral
+from os import PathLike
 from pathlib import Path
 from typing import Any, get_args
 
@@ -10,6 +11,7 @@ from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
 from twbal.effects.library import all_effects
+from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
 from twbal.policies.saved import SavedPolicy
 
@@ -21,6 +23,18 @@ def check_whole(name: str, value: object, least: int) -> None:
     """Raise ConfigError where an argument is no whole number, or less than `least`."""
     if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
         raise ConfigError(f"{name} must be a whole number of at least {least}; found {value!r:.80}.")
+
+
+def check_path(name: str, path: object, of: str) -> None:
+    """Raise ConfigError where an argument is no path.
+
+    Args:
+        name: of the argument.
+        path: that it has.
+        of: what the path is of, as a phrase.
+    """
+    if not isinstance(path, str | PathLike):
+        raise ConfigError(f"{name} must be the path of {of}; found {_said(path)}.")
 
 
 def check_policy(policy: object) -> None:
@@ -74,7 +88,14 @@ def checked_effects(effects: object) -> tuple[Effect, ...]:
 
 
 def check_plant(plant: object) -> None:
-    """Raise ConfigError where something is no robot that can be driven."""
+    """Check that something is a robot that can be driven.
+
+    Raises:
+        ConfigError: it is none.
+        LinkError: it was closed.
+    """
+    if isinstance(plant, SerialPlant):
+        plant.check_open()
     if isinstance(plant, Plant):
         return
     advice = "of `with twbal.connect(port) as plant:`, or any twbal.core.plant.Plant"

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from twbal.api.arguments import check_progress
 from twbal.api.files import GivenEpisodes, episodes_in
-from twbal.api.sheets import RobotLike, words_for
+from twbal.api.sheets import RobotLike, check_overrides, words_for
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.cli.signals import interruptible
 from twbal.diagnosis.inputs import NamedEpisodes
@@ -46,6 +46,7 @@ def diagnose(
     True
     """
     check_progress(progress)
+    check_overrides(overrides, {"episodes": "episodes", "test_episodes": "test_episodes"})
     names, measured = episodes_in("episode", episodes)
     test_names, tests = episodes_in("test episode", test_episodes)
     simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))

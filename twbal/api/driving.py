@@ -13,7 +13,7 @@ from twbal.algorithm.setup import Setup
 from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
-from twbal.api.sheets import RobotLike
+from twbal.api.sheets import RobotLike, check_overrides
 from twbal.cli.composed import warn_of
 from twbal.cli.policy_check import check_made_for, other_past_commands
 from twbal.cli.signals import interruptible
@@ -87,7 +87,7 @@ def simulate(
     >>> episode.observations.shape, episode.commands.shape
     ((11, 7), (10,))
     """
-    _check_counts(trials, seed)
+    _check_counts(trials, seed, overrides)
     check_whole("steps", steps, 1)
     given = checked_effects(effects)
     driver = None if policy is None else _policy(policy)
@@ -127,7 +127,8 @@ def evaluate(
         ConfigError: an argument or a setting cannot be right, the policy was made for another control period, or the
             plant is not the robot that was named.
         CheckpointError: the policy cannot be read.
-        LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
+        LinkError: the plant was closed; or the robot fell silent, measures the same again and again, or does not
+            confirm that it has stopped.
 
     Warns:
         UserWarning: the policy or a value of the sheet is hardly right for this robot.
@@ -138,7 +139,7 @@ def evaluate(
     >>> found.successes, found.trials
     (2, 2)
     """
-    _check_counts(trials, seed)
+    _check_counts(trials, seed, overrides)
     given = checked_effects(effects)
     driver = _policy(policy)
     setup = configured(robot, overrides)
@@ -170,9 +171,11 @@ def evaluate(
     )
 
 
-def _check_counts(trials: int, seed: int) -> None:
+def _check_counts(trials: int, seed: int, overrides: Sequence[str]) -> None:
+    """Check the two numbers, and that no override says them, too, which would not act."""
     check_whole("trials", trials, 1)
     check_whole("seed", seed, 0)
+    check_overrides(overrides, {"trials": "trials", "seed": "seed"})
 
 
 def _policy(policy: Policy | str | Path) -> Policy:

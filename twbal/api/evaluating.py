@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from twbal.api.arguments import check_progress
 from twbal.api.files import GivenEpisodes, episodes_in
-from twbal.api.sheets import RobotLike, words_for
+from twbal.api.sheets import RobotLike, check_overrides, words_for
 from twbal.cli.commands import text
 from twbal.cli.evaluation_config import composed_evaluation
 from twbal.cli.signals import interruptible
@@ -50,6 +50,7 @@ def evaluate_simulation(
     True
     """
     check_progress(progress)
+    check_overrides(overrides, {"episodes": "episodes", "sims": "simulations"})
     if not isinstance(simulations, Mapping):
         raise ConfigError(
             "simulations must be files or choices by name, such as {'mine': 'augmented.yaml'}; found "

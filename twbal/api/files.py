@@ -5,7 +5,7 @@ from pathlib import Path
 
 from twbal import __version__
 from twbal.algorithm import model_file
-from twbal.api.arguments import check_list, check_policy, check_saved, check_whole
+from twbal.api.arguments import check_list, check_path, check_policy, check_saved, check_whole
 from twbal.api.sheets import RobotLike, sheet_of
 from twbal.cli.artefacts import episode_files
 from twbal.cli.composed import warn_of
@@ -37,13 +37,14 @@ def load_policy(path: PathLike, channels: Sequence[str] | None = None) -> SavedP
 
     Raises:
         CheckpointError: the file cannot be read, or holds no policy.
-        ConfigError: the policy reads other channels.
+        ConfigError: it is no path, or the policy reads other channels.
 
     >>> import twbal
     >>> policy = twbal.load_policy("data/regression/policy.pt")
     >>> policy.channels
     ('tilt', 'tilt_rate', 'speed', 'command_1', 'command_2')
     """
+    check_path("path", path, "a policy.pt")
     return with_control_period(saved.load_policy(path, channels), Path(path))
 
 
@@ -51,7 +52,7 @@ def save_policy(path: PathLike, policy: SavedPolicy) -> str:
     """Write a policy as a `policy.pt`, which every command takes; returns the sha256 of the file.
 
     Raises:
-        ConfigError: it is no policy that a file can hold.
+        ConfigError: it is no policy that a file can hold, or the path is none.
         DataError: the file cannot be written.
 
     >>> import tempfile, twbal
@@ -61,6 +62,7 @@ def save_policy(path: PathLike, policy: SavedPolicy) -> str:
     >>> len(sha256)
     64
     """
+    check_path("path", path, "the policy.pt to write")
     check_saved(policy)
     return save_checkpoint(Path(path), "policy", policy.to_payload())
 
@@ -79,7 +81,8 @@ def export_policy(
 
     Raises:
         CheckpointError: the policy cannot be read.
-        ConfigError: it was made for another control period, cannot be exported, or not be made smaller so.
+        ConfigError: it is of a kind that has no header, was made for another control period, or cannot be exported or
+            made smaller so; or the folder is no path.
 
     >>> import tempfile, twbal
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -89,8 +92,10 @@ def export_policy(
     """
     if distil is not None:
         check_whole("distil", distil, 0)
+    check_path("folder", folder, "the folder to write into")
     check_policy(policy)
     read = load_policy(policy) if isinstance(policy, str | Path) else policy
+    check_saved(read)
     sheet = sheet_of(robot)
     warn_of(check_made_for(read, sheet))
     channels = Channels(tuple(read.channels), sheet.wheel_radius, sheet.control_period)
@@ -105,6 +110,7 @@ def load_model(path: PathLike) -> DynamicsModel:
 
     Raises:
         CheckpointError: the file cannot be read, or holds no model.
+        ConfigError: it is no path.
 
     >>> import numpy as np, twbal
     >>> model = twbal.load_model("data/regression/model.pt")
@@ -112,6 +118,7 @@ def load_model(path: PathLike) -> DynamicsModel:
     >>> model.step_mean(states, np.zeros(3)).shape
     (3, 5)
     """
+    check_path("path", path, "a model.pt")
     return model_file.load_model(Path(path)).model
 
 

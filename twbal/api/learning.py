@@ -48,7 +48,7 @@ class LearningResult:
 @interruptible()
 def learn(
     plant: Plant,
-    robot: RobotLike = _DEFAULT_ROBOT,
+    robot: RobotLike | None = None,
     overrides: Sequence[str] = (),
     *,
     setup: Setup | None = None,
@@ -60,7 +60,8 @@ def learn(
 
     Args:
         plant: the robot to drive: of `twbal.connect`, or any `twbal.core.plant.Plant`; stays open.
-        robot: name of a packaged robot, path of a sheet, or nominal parameters.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters; None: that of the set-up, and without
+            one the packaged robot paper.
         overrides: settings of `twbal iterate`, as on its command line: `["updates=2", "method=pilco", "seed=1"]`.
         setup: in place of `overrides`: of `twbal.setup` for the same robot, maybe with parts replaced.
         progress: is told what is being done, a line at a time; `print` shows it.
@@ -68,7 +69,8 @@ def learn(
     Raises:
         ConfigError: a setting cannot be right, the plant is not the robot that was named, or the set-up is of another
             robot or comes with overrides.
-        LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
+        LinkError: the plant was closed; or the robot fell silent, measures the same again and again, or does not
+            confirm that it has stopped.
         FitError: a model cannot be learned from the rollouts.
         SearchError: no policy has a finite cost.
 
@@ -88,7 +90,10 @@ def learn(
     """
     check_plant(plant)
     check_progress(progress)
-    setup = configured(robot, overrides) if setup is None else _checked(setup, robot, overrides)
+    if setup is None:
+        setup = configured(_DEFAULT_ROBOT if robot is None else robot, overrides)
+    else:
+        _check(setup, robot, overrides)
     check_robot(plant, setup.simulation.robot)
     check_sensors(plant, setup.search.channels.names)
     began, steps = time.monotonic(), InMemory(plant, setup, progress)
@@ -111,8 +116,8 @@ def learn(
     )
 
 
-def _checked(setup: Setup, robot: RobotLike, overrides: Sequence[str]) -> Setup:
-    """A set-up that was given, if nothing that was given beside it contradicts it."""
+def _check(setup: Setup, robot: RobotLike | None, overrides: Sequence[str]) -> None:
+    """Raise ConfigError where something that was given beside a set-up contradicts it."""
     if not isinstance(setup, Setup):
         raise ConfigError(f"setup must be what twbal.setup(...) returns; found a {type(setup).__name__}.")
     if overrides:
@@ -120,10 +125,11 @@ def _checked(setup: Setup, robot: RobotLike, overrides: Sequence[str]) -> Setup:
             f"overrides={list(overrides)!r:.200} would not act beside a set-up. Give them to the set-up: "
             "twbal.setup(robot, overrides)."
         )
+    if robot is None:
+        return
     given, own = sheet_of(robot), setup.simulation.robot
-    if robot != _DEFAULT_ROBOT and given != own:
+    if given != own:
         raise ConfigError(
             f"The robot is {given.name!r}, and the set-up is of {own.name!r} or of other parameters of it. Make the "
             "set-up by twbal.setup(robot, overrides), or leave robot out."
         )
-    return setup

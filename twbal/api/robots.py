@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from twbal.api.sheets import RobotLike, is_packaged, sheet_of, words_for, words_of_sheet
+from twbal.api.sheets import RobotLike, check_overrides, is_packaged, sheet_of, words_for, words_of_sheet
 from twbal.cli.composed import built, composed
 from twbal.cli.robot_link import with_own_sheet
 from twbal.core.robot_parameters import RobotParameters
@@ -51,6 +51,8 @@ def connect(
     ...     plant.control_period  # s
     0.02
     """
+    arguments = {"robot": "robot"} if port is None else {"robot": "robot", "link": "port", "link.port": "port"}
+    check_overrides(overrides, arguments)
     link = ["link=virtual"] if port is None else ["link=serial", f"link.port={str(port)!r}"]
     cfg = composed("real-rollout", ["policy=random", *words_for(robot, link), *overrides])
     if not is_packaged(robot):

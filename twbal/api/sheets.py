@@ -1,6 +1,6 @@
 """Robots as the functions of the library take them: by name, by the path of a sheet, or as parameters."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from twbal.cli.commands import text
@@ -43,10 +43,10 @@ def words_for(robot: RobotLike, overrides: Sequence[str] = ()) -> list[str]:
     """Overrides that choose a robot, before others.
 
     Raises:
-        ConfigError: it is no robot, or the others are no list of texts.
+        ConfigError: it is no robot, or the others are no list of texts, or choose a robot, too.
     """
     check_robot_like(robot)
-    check_overrides(overrides)
+    check_overrides(overrides, {"robot": "robot"})
     if is_packaged(robot):
         return [f"robot={robot}", *overrides]
     return [*words_of_sheet(robot_in(Path(robot)) if isinstance(robot, str | Path) else robot), *overrides]
@@ -75,8 +75,13 @@ def check_robot_like(robot: object) -> None:
         raise ConfigError(f"robot must be {EXPECTED_ROBOT}; found {robot!r:.80}.")
 
 
-def check_overrides(overrides: object) -> None:
-    """Raise ConfigError where something is no list of overrides."""
+def check_overrides(overrides: object, arguments: Mapping[str, str]) -> None:
+    """Raise ConfigError where something is no list of overrides, or an override says what an argument does.
+
+    Args:
+        overrides: that were given.
+        arguments: names of the function's arguments, by the keys of settings that say the same.
+    """
     if isinstance(overrides, str):
         raise ConfigError(f"overrides must be a list of texts; found the text {overrides!r}. Write [{overrides!r}].")
     if not isinstance(overrides, Sequence):
@@ -84,3 +89,9 @@ def check_overrides(overrides: object) -> None:
     for word in overrides:
         if not isinstance(word, str):
             raise ConfigError(f"overrides must be texts such as 'updates=2'; found {word!r:.80} among them.")
+        argument = arguments.get(word.lstrip("+~").partition("=")[0])
+        if argument is not None:
+            raise ConfigError(
+                f"overrides must be settings that the function has no argument for; found {word!r:.80}. Give "
+                f"{argument}=... to the function in place of it."
+            )

@@ -1,7 +1,9 @@
 """Names and places of what stages hand to each other."""
 
 import hashlib
+import os
 from collections.abc import Iterable, Sequence
+from itertools import islice
 from pathlib import Path
 
 from omegaconf import DictConfig
@@ -20,6 +22,8 @@ MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 POLICY_ENDING = ".pt"  # of a file, by which it is told from a folder
 DIAGNOSIS = "diagnosis.json"
 DISTRIBUTION = "robot_distribution.pt"
+_NAMED = 3  # folders of logs that are named one by one
+_DEPTH, _LOOKED_AT = 5, 2000  # folders in which logs are looked for, where one has none itself
 EVIDENCE, EVALUATION, COURSE = "evidence.json", "evaluation.json", "course.json"
 
 
@@ -97,15 +101,44 @@ def _logs_in(source: Path) -> list[Path]:
         ) from error
     if made_by is not None and made_by.stage == "import-log" and not made_by.complete:
         raise LogError(f"{source} is not complete: twbal import-log was ended in its midst. Run that command again.")
-    files = sorted((inside if inside.is_dir() else source).glob("*.mcap"))
+    files = sorted(inside.glob("*.mcap")) or sorted(source.glob("*.mcap"))
     if not files:
-        what = "has no episode logs (*.mcap), nor has an episodes/ in it" if source.is_dir() else "is not there"
         if any((source / "interrupted").glob("*.mcap")):
             raise LogError(
                 f"{source} has only episodes that were broken off: give {source / 'interrupted'} to use them."
             )
-        raise LogError(f"{source} {what}. Give the run folder of a stage that records episodes, or a folder of logs.")
+        raise LogError(f"{source} {_without_logs(source)}")
     return files
+
+
+def _without_logs(source: Path) -> str:
+    """What is said of a source that has no logs, after its name."""
+    advice = "Give the run folder of a stage that records episodes, or a folder of logs."
+    if not source.is_dir():
+        return f"is not there. {advice}"
+    what = "has no episode logs (*.mcap), neither in itself nor in a folder episodes/ in it"
+    below = _folders_of_logs(source)
+    if not below:
+        return f"{what}. {advice}"
+    more = " and others" if len(below) > _NAMED else ""
+    return f"{what}. Folders below it have: {', '.join(map(str, below[:_NAMED]))}{more}. Give those that are meant."
+
+
+def _folders_of_logs(source: Path) -> list[Path]:
+    """Folders below one that have logs, as they are given, in order; one more than are named, at most.
+
+    Only so deep as the run folders of iterate lie below a folder of runs, and of an endless tree a part.
+    """
+    found: list[Path] = []
+    for place, below, files in islice(os.walk(source), _LOOKED_AT):
+        folder = Path(place)
+        depth = len(folder.relative_to(source).parts)
+        below[:] = sorted(name for name in below if depth < _DEPTH and not name.startswith((".", "interrupted")))
+        if any(name.endswith(".mcap") for name in files):
+            found.append(folder.parent if folder.name == "episodes" else folder)
+        if len(found) > _NAMED:
+            break
+    return found
 
 
 def policy_files(policy: DictConfig) -> list[Path]:

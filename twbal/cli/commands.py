@@ -3,6 +3,7 @@
 import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +13,7 @@ from hydra import compose
 from hydra.core.config_loader import ConfigLoader
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override, OverrideType
+from hydra.core.override_parser.types import ChoiceSweep, Override, OverrideType, QuotedString
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
@@ -136,6 +137,19 @@ def text(value: Any) -> str:
         return str(value)
     escaped = re.sub(r"(\\*)'", r"\1\1\\'", re.sub(r"(\\+)$", r"\1\1", value))
     return f"'{escaped}'"
+
+
+def swept(word: str) -> list[str]:
+    """The values of an override that are separated by commas, as a sweep takes them; none where there is a single one.
+
+    Hydra says later what it cannot read.
+    """
+    if "," in word:
+        with suppress(HydraException):
+            value = OverridesParser.create().parse_override(word).value()
+            if isinstance(value, ChoiceSweep):
+                return [each.text if isinstance(each, QuotedString) else str(each) for each in value.list]
+    return []
 
 
 @lru_cache(maxsize=64)

@@ -19,6 +19,7 @@ from typing import Any, Self
 import yaml
 from hydra import initialize_config_dir
 from hydra.core.config_store import ConfigNode, ConfigStore
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import ListConfig, OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
@@ -62,10 +63,18 @@ class Choice(ConfigNode):
 
 @contextmanager
 def composing() -> Iterator[None]:
-    """Let `hydra.compose` compose what twbal has, for the length of the body."""
+    """Let `hydra.compose` compose what twbal has, for the length of the body.
+
+    What Hydra has composed a configuration for, such as a stage that runs, has its Hydra again afterwards.
+    """
     register_nodes()
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
-        yield
+    running = GlobalHydra.instance().hydra
+    GlobalHydra.instance().clear()
+    try:
+        with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+            yield
+    finally:
+        GlobalHydra.instance().hydra = running
 
 
 def register_nodes() -> None:

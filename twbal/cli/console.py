@@ -160,6 +160,12 @@ def with_progress(items: Iterable[Item], what: str, total: int) -> Iterator[Item
 
 def print_result(manifest: Manifest, out: Path, following: str) -> None:
     """Print what a stage made and the command that would come next."""
+    print_made(manifest, out)
+    print(f"next  {following}")
+
+
+def print_made(manifest: Manifest, out: Path) -> None:
+    """Print what a stage made."""
     folders = Counter(PurePosixPath(made.path).parent for made in manifest.outputs)
     for folder, count in folders.items():
         if count > LISTED:
@@ -167,4 +173,3 @@ def print_result(manifest: Manifest, out: Path, following: str) -> None:
     for made in manifest.outputs:
         if folders[PurePosixPath(made.path).parent] <= LISTED:
             print(f"made  {out / made.path}")
-    print(f"next  {following}")

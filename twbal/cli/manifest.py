@@ -20,6 +20,7 @@ from twbal.core.json_records import read_record, write_record
 from twbal.effects.library import outside_digest
 
 MANIFEST = "manifest.json"
+_LISTED = 3  # files that are named one by one
 PACKAGES = (
     *("torch", "gpytorch", "pybullet", "numpy", "scipy", "numba", "mcap", "protobuf", "hydra-core", "omegaconf"),
     *("gymnasium", "stable-baselines3"),
@@ -119,8 +120,9 @@ def _done_before(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], 
     """The manifest in the step's folder, if it says that the work is done."""
     before = read_manifest(step.out)
     if before is None:
+        _refuse_files_of_others(step.out)
         return None
-    if before.fingerprint != fingerprint and (before.complete or _something_lies_in(step.out)):
+    if before.fingerprint != fingerprint and (before.complete or _lying_in(step.out)):
         raise ConfigError(_other_work(step, inputs, before))
     return before if before.complete and _outputs_are_whole(step.out, before) else None
 
@@ -165,8 +167,7 @@ def read_manifest(folder: Path) -> Manifest | None:
         return None
     except DataError as error:
         raise DataError(
-            f"{path} is no manifest of this version of twbal ({error}) "
-            "Choose another run folder by hydra.run.dir=..., or take that file away."
+            f"{path} is no manifest of this version of twbal ({error}) Choose another run folder by hydra.run.dir=..."
         ) from error
 
 
@@ -211,13 +212,29 @@ def _source_hash() -> str:
     return digest.hexdigest()
 
 
-def _something_lies_in(folder: Path) -> bool:
-    """Whether there is more than what work that failed at once leaves: manifests, and what Hydra writes."""
-    return any(
-        path.is_file() and path.name != MANIFEST and path.suffix != ".log"
-        for path in folder.rglob("*")
-        if not any(part.startswith(".") for part in path.relative_to(folder).parts)
-    )
+def _lying_in(folder: Path) -> list[str]:
+    """Files in a folder but for what work that failed at once leaves: manifests, and what Hydra and sweeps write."""
+    inside = (path.relative_to(folder) for path in sorted(folder.rglob("*")) if path.is_file())
+    return [
+        path.as_posix()
+        for path in inside
+        if not (path.name == MANIFEST or path.suffix == ".log" or any(p.startswith(".") for p in path.parts))
+    ]
+
+
+def _refuse_files_of_others(folder: Path) -> None:
+    """Refuse a folder without a manifest that has files: a stage would write over them, or take them for its own.
+
+    Raises:
+        ConfigError: it has some.
+    """
+    files = _lying_in(folder)
+    if files:
+        more = f" and {len(files) - _LISTED} more" if len(files) > _LISTED else ""
+        raise ConfigError(
+            f"Folder {folder} has no {MANIFEST}, but files that could be written over: {', '.join(files[:_LISTED])}"
+            f"{more}. Choose a new folder by hydra.run.dir=..., or move them away."
+        )
 
 
 def _outputs_are_whole(folder: Path, manifest: Manifest) -> bool:

@@ -1,5 +1,6 @@
 """The file of a run's robot sheet, and what `twbal check-link` writes into it."""
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import date
@@ -8,8 +9,10 @@ from typing import Any, NamedTuple
 
 from hydra.core.hydra_config import HydraConfig
 
+from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.console import say
+from twbal.cli.robot_words import sheet_of
 from twbal.core.check import Check, CheckStatus, Measurement
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
@@ -60,12 +63,13 @@ def sheet_file() -> SheetFile:
         ConfigError: it is in no folder.
     """
     hydra = HydraConfig.get()
-    choice = str(hydra.runtime.choices["robot"])
-    for source in hydra.runtime.config_sources:
-        path = Path(source.path) / "robot" / f"{choice}.yaml"
-        if source.schema == "file" and path.is_file():
-            return SheetFile(path, Path(source.path) == conf_folder())
-    raise ConfigError(f"The sheet of robot {choice!r} lies in no folder. Give --config-dir=<folder>, and robot=<name>.")
+    path = sheet_of(hydra)
+    if path is None:
+        choice = str(hydra.runtime.choices["robot"])
+        raise ConfigError(
+            f"The sheet of robot {choice!r} lies in no folder. Give --config-dir=<folder>, and robot=<name>."
+        )
+    return SheetFile(path, path.parent.parent == conf_folder())
 
 
 def made_by_interview() -> bool:
@@ -197,5 +201,5 @@ def _tell(path: Path, is_new: bool, changes: Sequence[SheetEdit], before: Mappin
 
 
 def chosen_by(sheet: Path) -> str:
-    """The words that choose a sheet of one's own."""
-    return f"--config-dir={sheet.parent.parent} robot={sheet.stem}"
+    """The words that choose a sheet of one's own, for a shell."""
+    return shlex.join([f"--config-dir={sheet.parent.parent}", f"robot={text(sheet.stem)}"])

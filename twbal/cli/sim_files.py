@@ -18,7 +18,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
-from twbal.cli.commands import text
+from twbal.cli.commands import swept, text
+from twbal.cli.own_choices import refuse_packaged_names
 from twbal.cli.settings.robot_settings import PHYSICS_STEP
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
@@ -43,10 +44,14 @@ def with_files(words: Sequence[str]) -> list[str]:
     others may change its values.
 
     Raises:
-        ConfigError: the file is not there, holds no simulation, or has an effect that another word adds once more.
+        ConfigError: the file is not there, holds no simulation, has an effect that another word adds once more, or is
+            one of several simulations; or a choice of one's own has the name of a packaged one.
     """
+    refuse_packaged_names(words)
     chosen = [word for word in words if word.startswith(_KEY)]
     _MADE_FOR.clear()
+    for word in chosen:
+        _refuse_several(word)
     if not any(map(_is_file, chosen)):
         return list(words)
     others = [word for word in words if not word.startswith(_KEY)]
@@ -163,6 +168,17 @@ def _word(override: str) -> str:
         return str(OverridesParser.create().parse_override(override).value())
     except HydraException:  # which Hydra refuses in words of its own, later
         return word.strip("'\"")
+
+
+def _refuse_several(override: str) -> None:
+    """Refuse a file as one of several simulations: it stands for overrides, of which a sweep has one set."""
+    several = [] if Path(override.removeprefix(_KEY)).exists() else swept(override)
+    if any(map(is_simulation_file, several)):
+        once = ", then with ".join(f"{_KEY}{text(each)}" for each in several)
+        raise ConfigError(
+            f"{override} names several simulations, one of them by its file, and a sweep takes choices by name alone. "
+            f"Run the command once for each: with {once}."
+        )
 
 
 def _added(word: str) -> str:

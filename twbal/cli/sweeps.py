@@ -28,9 +28,10 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration, refuse_unread
+from twbal.cli.console import overridden
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sweep_results import FAILURE, job_lines
-from twbal.core.errors import SweepError, TwbalError
+from twbal.core.errors import ConfigError, SweepError, TwbalError
 from twbal.core.files import write_atomically
 from twbal.core.threads import asked_threads
 
@@ -142,13 +143,14 @@ class Job:
         sweeps = hydra.mode == RunMode.MULTIRUN
         try:
             refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
-            refuse_unread(cfg, self._stage)
+            refuse_unread(cfg, self._stage, hydra.overrides.task)
             if sweeps or _CHECKED_BY not in hydra.callbacks:  # a single run was checked as it began
-                check_configuration(cfg, self._stage)
+                check_configuration(cfg, self._stage, hydra)
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
             from twbal.cli.sheet_doubts import doubts_of
 
-            for doubt in doubts_of(cfg):
+            sheet = None if overridden("robot.name") else hydra.runtime.choices.get("robot")
+            for doubt in doubts_of(cfg, sheet):
                 print(f"  WARNING: {doubt}", flush=True)
             with full_error(self._full_error):  # for processes that the stage starts
                 stage_module = importlib.import_module(f"twbal.cli.stages.{self._stage.replace('-', '_')}")
@@ -218,6 +220,15 @@ def full_error(value: str | None) -> Iterator[None]:
             os.environ[_FULL_ERROR] = before
 
 
+def _refuse_other_folder(config: DictConfig) -> None:
+    """Refuse to change into the run folder: paths of settings, and those that are printed, are from where one types."""
+    if config.hydra.job.chdir:
+        raise ConfigError(
+            "hydra.job.chdir=true cannot be: paths that a command is given, and those that it prints, are from the "
+            "folder in which it is typed. Leave it out; hydra.run.dir=<folder> says where results go."
+        )
+
+
 class Announcement(Callback):
     """Says at a sweep's begin how it goes on after an interruption; at its end what jobs came to, and what comes next.
 
@@ -231,12 +242,21 @@ class Announcement(Callback):
             StageFailed: it cannot be right. (Hydra would make a warning of any other exception.)
         """
         try:
-            check_configuration(config, config.hydra.job.name)
+            _refuse_other_folder(config)
+            check_configuration(config, config.hydra.job.name, config.hydra)
         except Exception as error:
             raise StageFailed(error) from error
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Print the sweep's folder."""
+        """Print the sweep's folder.
+
+        Raises:
+            StageFailed: its jobs would not run in the folder of the command.
+        """
+        try:
+            _refuse_other_folder(config)
+        except ConfigError as error:
+            raise StageFailed(error) from error
         override = shlex.quote(f"hydra.sweep.dir={text(str(config.hydra.sweep.dir))}")
         print(f"After an interruption, this sweep goes on by the same command with {override}", flush=True)
 

@@ -4,7 +4,7 @@ from abc import ABC, abstractmethod
 from math import ceil
 from typing import NamedTuple
 
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, LinkError
 from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.robot_model import EffectState, RobotModel
 from twbal.core.start_pose import InitialState, StartPose
@@ -84,9 +84,19 @@ class EnginePlant(Plant):
         self._effect_state = EffectState((), ())
         self._periods = 0
         self._speed = 0.0
+        self._closed = False
 
     def reset(self, trial: int) -> Observation:
-        """Begin the rollout that (seed, trial) names."""
+        """Begin the rollout that (seed, trial) names.
+
+        Raises:
+            LinkError: this plant was closed.
+        """
+        if self._closed:
+            raise LinkError(
+                "This simulated plant was closed, as at the end of its `with` block. Make another one, and drive it "
+                "within the block."
+            )
         initial = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
         self._effect_state = self._model.start(self._physics_step, generator(Stream.SENSOR_NOISE, self._seed, trial))
         self._engine.reset(initial)
@@ -110,6 +120,7 @@ class EnginePlant(Plant):
     def close(self) -> None:
         """Free the engine."""
         self._engine.close()
+        self._closed = True
 
     def _observe(self) -> Observation:
         motion = self._engine.motion()

@@ -107,7 +107,13 @@ class Effect(ABC):
         """Raise ConfigError where a parameter has a value that cannot be."""
         for name, known in parameters_of(type(self)).items():
             value = getattr(self, name)
-            if not known.least <= value < known.below:
+            try:
+                is_within = known.least <= value < known.below
+            except TypeError as error:
+                raise ConfigError(
+                    f"{name} of effect {type(self).__name__} must be a number; found {value!r:.80}."
+                ) from error
+            if not is_within:
                 raise ConfigError(
                     f"{name} of effect {type(self).__name__} must lie within [{known.least:g}, {known.below:g}); "
                     f"found {value}."

@@ -85,7 +85,7 @@ class SerialPlant(Plant):
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
         self._confirm_placed, self._motor, self._on_board = confirm_placed, motor, on_board
         self._reference = (0.0, 0.0)  # position and speed, for the policy on board [m], [m/s]
-        self._armed = self._lost = False
+        self._armed = self._lost = self._closed = False
         self._unstopped: MotorsOnError | None = None  # what is known of motors that may still be on
         self._notes = LineNotes(self._line)
         self._announced: Welcome | None = None
@@ -145,10 +145,12 @@ class SerialPlant(Plant):
         """Have the robot placed, arm it and return its first observation; see `Plant.reset`.
 
         Raises:
-            LinkError: it does not answer, does not arm, or is another one than before the link was lost.
+            LinkError: it does not answer, does not arm, or is another one than before the link was lost; or this plant
+                was closed.
             LinkLostError: it measures what cannot be.
             ConfigError: the number does not fit into a message.
         """
+        self.check_open()
         if not 0 <= trial <= MAX_TRIAL:
             raise ConfigError(f"The number of a trial must be 0 to {MAX_TRIAL}; found {trial}.")
         if self._armed:
@@ -181,10 +183,12 @@ class SerialPlant(Plant):
         Raises:
             LinkLostError: the robot fell silent, has switched its motors off, measures what cannot be, or its clock
                 does not run forward.
+            LinkError: this plant was closed.
             DataError: the command is not a finite number.
         """
         if not math.isfinite(command):
             raise DataError(f"The command {command} N·m is not a finite number; it was not sent.")
+        self.check_open()
         if not self._armed or self._lost or not self._last.status & Status.ARMED:
             raise LinkLostError(f"The robot {self.robot_name} is not armed: {self._why_not_driven()}. Reset it first.")
         before = self._last
@@ -289,6 +293,19 @@ class SerialPlant(Plant):
                 raise
         finally:
             self._line.transport.close()
+            self._closed = True
+
+    def check_open(self) -> None:
+        """Check that this plant can still be driven.
+
+        Raises:
+            LinkError: it was closed, as at the end of its `with` block.
+        """
+        if self._closed:
+            raise LinkError(
+                f"This plant was closed, and the port {self._port} of the robot {self.robot_name} with it: its `with` "
+                "block has ended, or `close` was called. Connect anew, and drive within the `with` block."
+            )
 
     def _switch_off(self) -> None:
         """Send Stop until the answer lacks the armed bit.

@@ -11,6 +11,7 @@ its standard deviation. The other parameters are those of the best rate of the g
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +40,7 @@ _ROOM = 1.5  # factor on what second differences tell of the noise, as some are 
 _NORMAL_MEDIAN = 0.6745  # of the size of a standard normal number
 _FASTER, _FASTEST = 1.6, 6.0  # factor from rate to rate where the highest is the best one so far, and up to where [1/s]
 _REFINED = 2  # times that the steps between such rates are halved about the best one
+_OF_PARABOLA = 3  # rates that tell one
 _CLEARLY = 100.0  # of -2 log posterior density; less may be fits that stopped in optima of their own
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY, _BALANCE = "actuation_delay_delay", "com_offset_angle"
@@ -118,23 +120,24 @@ def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[flo
 
     if not _data(prior, episodes, 0.0).sensed[0]:
         return {0.0: attempt((0.0, None))}
-    first, *others = SLOW_FILTERS
+    usable = partial(_recordings, prior, episodes)  # empty where a filter would have hidden that the robot lay
+    first, *others = filter(usable, SLOW_FILTERS)
     found = {first: attempt((first, None))}
     near = found[first].fit.model
     mean = _at_mean(prior, found[first].data.sensed)
     *begun, unfiltered = in_threads(attempt, [*((rate, near) for rate in others), (0.0, mean)])
     found |= dict(zip(others, begun, strict=True))
     if unfiltered.cost < found[0.0].cost - _CLEARLY:
-        rates = [rate for rate in SLOW_FILTERS if rate]
+        rates = [rate for rate in (first, *others) if rate]
         again = in_threads(attempt, [(rate, unfiltered.fit.model) for rate in rates])
         better = [min(found[rate], other, key=_cost) for rate, other in zip(rates, again, strict=True)]
         found |= {0.0: unfiltered} | dict(zip(rates, better, strict=True))
-    while (best := _best(found)) == max(found) and best < _FASTEST:
+    while 0.0 < (best := _best(found)) == max(found) and best < _FASTEST and usable(_FASTER * best):
         found[_FASTER * best] = attempt((_FASTER * best, found[best].fit.model))
     for _ in range(_REFINED if best > max(SLOW_FILTERS) else 0):
         best, rates = _best(found), sorted(found)
         beside = [rates[max(rates.index(best) - 1, 0)], rates[min(rates.index(best) + 1, len(rates) - 1)]]
-        between = [float(np.sqrt(best * other)) for other in beside if other != best]
+        between = list(filter(usable, [float(np.sqrt(best * other)) for other in beside if other != best]))
         found |= dict(zip(between, in_threads(attempt, [(r, found[best].fit.model) for r in between]), strict=True))
     return found
 
@@ -204,6 +207,8 @@ def _vertex(costs: Mapping[float, float], most: float) -> tuple[float, float]:
     although all others are clearly greater, each neighbour alone tells of a deviation, and the greater one holds.
     """
     rates = sorted(costs)
+    if len(rates) < _OF_PARABOLA:
+        return min(costs, key=costs.__getitem__), most
     middle = min(max(rates.index(min(costs, key=costs.__getitem__)), 1), len(rates) - 2)
     near = rates[middle - 1 : middle + 2]
     curvature, slope, _ = np.polyfit(near, [costs[rate] for rate in near], 2)

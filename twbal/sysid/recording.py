@@ -189,16 +189,27 @@ def check_episodes(episodes: Sequence[Episode], names: Sequence[str], robot: Rob
     Args: as of `read_recordings`.
 
     Raises:
-        DataError: an episode has another control period than the robot, a value that is no number, or no clock; or a
-            sensor was off in all of them, or the torque never varied.
+        DataError: an episode has another control period than the robot, a value that is no number, or no clock; or the
+            robot lies in all of them, a sensor was off, or the torque never varied.
     """
     everything = Usability(0, 0, np.inf, np.inf)
     for episode, name in zip(episodes, names, strict=True):
         _check_episode(episode, name, robot)
+    _check_stands(episodes)
     recordings = [_read(e, name, robot, everything, False) for e, name in zip(episodes, names, strict=True)]
     sensed = np.all([recording.sensed for recording in recordings], axis=0)
     if sum(map(len, recordings)) >= _FEW:
         _check_signals([replace(recording, sensed=sensed) for recording in recordings], needs_tilt=True)
+
+
+def _check_stands(episodes: Sequence[Episode]) -> None:
+    """Raise where the robot lies in all episodes."""
+    least = min((float(np.abs(episode.observations[:, _COLUMNS[0]]).min()) for episode in episodes), default=0.0)
+    if least > 0.5 * np.pi:
+        raise DataError(
+            f"The robot stands in none of {len(episodes)} episodes: its tilt is {degrees(least):.3g}° and more. Is the "
+            "tilt in rad, and 0 where the robot stands upright?"
+        )
 
 
 def what_is_not_used(

@@ -325,6 +325,32 @@ def test_sensors_that_are_logged_in_different_rows_are_told_to_be(brought):
         brought(rows)
 
 
+def test_a_column_without_any_number_is_named_with_its_quantity(brought):
+    rows = ROWS.copy()
+    rows[:, NAMES.index("tilt")] = np.nan
+    said = r"column 'tilt' \(tilt\) has none in any row.*import\.quantities\.tilt=null"
+    with pytest.raises(LogError, match=said) as caught:
+        brought(rows)
+    assert "column 2" not in str(caught.value)
+    rows[:, NAMES.index("wheel_rate")] = np.inf
+    with pytest.raises(LogError, match=r"columns 'tilt' \(tilt\), 7 \(wheel_rate\) have none in any row"):
+        brought(rows, "import.quantities.wheel_rate={from:7}")
+
+
+def test_a_skip_beyond_the_log_is_named_as_what_leaves_nothing(brought):
+    said = r"of which the first 20 s are skipped: too short.* the longest has 3\.99 s: give a smaller import\.skip"
+    with pytest.raises(LogError, match=said) as caught:
+        brought(ROWS, "import.skip=20")
+    assert "Is the rate right" not in str(caught.value)
+    with pytest.raises(LogError, match=r"at most 30 samples: too short, left out\. Is the rate right"):
+        brought(ROWS[:30])
+    parted = np.concatenate([ROWS[:300], ROWS[350:]])
+    imported = brought(parted, "import.skip=1")
+    assert "1 part without a gap of at most 50 samples, of which the first 1 s are skipped: too short, left out" in (
+        imported.notes
+    )
+
+
 def test_many_short_parts_are_one_line(brought):
     keep = np.ones(len(ROWS), bool)
     keep[100:] = np.arange(300) % 10 < 2  # two samples, then eight missing
@@ -500,6 +526,23 @@ def test_files_of_arrays_read_like_text(suffix, tmp_path):
         scipy.io.savemat(path, {**by_name, "note": "by hand"})
     episode = only(import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE))
     assert seen(episode, "tilt") == pytest.approx(ROWS[:, 1])
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".mat", ".json"])
+def test_columns_of_unequal_lengths_are_told_to_be(suffix, tmp_path):
+    path = tmp_path / f"log{suffix}"
+    by_name = {name: ROWS[: 399 if name == "tilt" else 400, i] for i, name in enumerate(NAMES)}
+    if suffix == ".npz":
+        np.savez(path, **by_name)
+    elif suffix == ".json":
+        path.write_text(json.dumps({name: column.tolist() for name, column in by_name.items()}))
+    else:
+        scipy.io.savemat(path, by_name)
+    with pytest.raises(LogError, match=r"unequal lengths: 'tilt' has 399 values, and 'time' has 400\. Expected"):
+        import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE)
+    without = mapping("import.quantities.tilt=null")
+    episode = only(import_file(path, without, Wanted(CHANNELS, None, 50), SOURCE))
+    assert len(episode) == 399
 
 
 @pytest.mark.parametrize("suffix", formats())

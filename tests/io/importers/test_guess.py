@@ -566,6 +566,27 @@ def test_columns_that_differ_by_a_number_are_asked_for_as_those_of_two_wheels(lo
     assert any("motor1_pwm or motor2_pwm: which is of the left wheel?" in each for each in found.open)
 
 
+def test_columns_of_one_name_are_told_apart_by_their_numbers(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([COLUMN["t"], COLUMN["tilt"], COLUMN["wheel"], COLUMN["u"], 0.5 * COLUMN["tilt"]])
+    path.write_text(text(rows, names=("time", "tilt", "wheel_angle", "torque", "tilt")))
+    _, found = proposed(path)
+    assert "tilt (tilt (column 2) or tilt (column 5)?)" in found.open
+    path.write_text(text(rows, names=("time", "tilt", "wheel_angle", "command", "command")))
+    (said,) = proposed(path)[1].open
+    assert said.startswith("command (perhaps command (column 4) or command (column 5): ")
+    assert said.endswith("fill in its number and unit)")
+
+
+def test_a_column_of_another_length_is_listed_as_passed_over(tmp_path):
+    path = tmp_path / "log.json"
+    values = {name: column.tolist() for name, column in plain(torque=COLUMN["u"]).items()}
+    path.write_text(json.dumps({**values, "tilt": values["tilt"][:-1], "gain": [3.0]}))
+    _, found = proposed(path)
+    (said,) = [line for line in found.table if "passed over" in line]
+    assert said.split()[:3] == ["-", "tilt", "passed"] and "it has 399 values" in said
+
+
 def test_rows_of_a_json_file_may_be_lists(tmp_path):
     path = tmp_path / "rows.json"
     path.write_text(json.dumps(ROWS.tolist()))

@@ -53,6 +53,16 @@ def test_decimal_commas_are_read_and_said(delimiter, log):
     assert any("decimal commas" in note for note in read.notes)
 
 
+def test_a_name_that_two_columns_have_is_refused_with_their_numbers(log):
+    names = ("time", "tilt", *NAMES[2:-1], "tilt")
+    path = log(text(ROWS, names=names))
+    with pytest.raises(LogError, match=r"has 2 columns named 'tilt', numbers 2 and 8; .*Map it by its number"):
+        read_text(path, ["time", "tilt"])
+    assert read_text(path, ["time", 8]).values == pytest.approx(ROWS[:, [0, 7]], abs=1e-8)
+    with pytest.raises(LogError, match="2 columns named 'tilt'"):
+        read_text(log(text(ROWS, names=None)), ["tilt"], names)
+
+
 def test_decimal_commas_in_quotation_marks_need_no_other_delimiter(log):
     rows = [",".join(f'"{x:.9g}"'.replace(".", ",") for x in row) for row in ROWS]
     read = read_text(log("\n".join([",".join(NAMES), *rows]) + "\n"), WANTED)
@@ -245,6 +255,38 @@ def test_a_few_torn_lines_are_left_out_and_said(log):
     assert read.values == pytest.approx(np.delete(LONG[:, PLACES], [99, 299], axis=0), abs=1e-8)
     assert list(read.rows[98:100]) == [98, 100]  # a row is missing between them
     assert "2 lines have another number of columns, first line 101: left out" in read.notes
+
+
+@pytest.mark.parametrize("delimiter", [",", "\t", " "])
+@pytest.mark.parametrize("at", [30, 390])
+def test_a_header_again_in_another_order_is_refused(at, delimiter, log):
+    """As of a program whose columns were changed between two runs that are in one file."""
+    order = [0, 7, *range(2, 7), 1]
+    second = text(LONG[at:, order], delimiter, names=[NAMES[k] for k in order])
+    path = log(text(LONG[:at], delimiter) + second)
+    said = rf"Line {at + 2} of .* is a header with the columns in another order \(time.command.* Cut the file there"
+    for use in (lambda: read_text(path, WANTED), lambda: read_text(path, [1, 2]), lambda: all_columns(path)):
+        with pytest.raises(LogError, match=said):
+            use()
+
+
+@pytest.mark.parametrize("again", [",".join(NAMES), ", ".join(NAMES), ",".join(f'"{name}"' for name in NAMES)])
+def test_a_header_again_is_left_out_and_said_however_it_is_spaced(again, log):
+    lines = text(LONG).splitlines()
+    lines.insert(31, again)
+    path = log("\n".join(lines) + "\n")
+    read = read_text(path, WANTED)
+    assert read.values == pytest.approx(LONG[:, PLACES], abs=1e-8)
+    assert read.header_again == 32
+    assert "its header comes again, first in line 32: left out" in read.notes
+    assert [column.name for column in all_columns(path)] == list(NAMES)
+
+
+def test_a_header_again_with_a_damaged_name_is_a_row_without_numbers(log):
+    lines = text(LONG).splitlines()
+    lines.insert(31, ",".join(NAMES).replace("acceleration", "acc#leration"))
+    read = read_text(log("\n".join(lines) + "\n"), WANTED)
+    assert np.isnan(read.values[30]).all() and len(read.values) == len(LONG) + 1
 
 
 def test_many_torn_lines_are_an_error_that_gives_the_first(log):

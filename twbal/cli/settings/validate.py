@@ -13,7 +13,7 @@ from twbal.cli.settings.nested_settings import ancestors
 from twbal.cli.settings.renamed import name_now, renamed
 from twbal.core.errors import ConfigError
 
-_FREE = ("agent.options",)  # parts with names of another library, which checks them
+FREE = ("agent.options",)  # parts with names of another library, which checks them
 _NAMED = 3  # further wrong settings that are named one by one
 _LONGEST_VALUE = 60  # characters of a value that are shown
 
@@ -26,12 +26,14 @@ class InvalidSetting(NamedTuple):
         found: its value.
         expected: what it may be, in words.
         meaning: of the setting; "" where nobody knows.
+        instead: how the value that is meant is written; "" where nobody knows.
     """
 
     key: str
     found: Any
     expected: str
     meaning: str
+    instead: str = ""
 
 
 def check(stage: str, tree: Mapping[str, Any]) -> None:
@@ -57,8 +59,9 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     also = f" Wrong as well: {named}{more}." if others else ""
     value = shown(first.found, _LONGEST_VALUE)
     point = f" Is a decimal point meant? Write {first.found.replace(',', '.')}." if is_comma_number(first.found) else ""
+    whole = f" Write {first.key}={first.instead}." if first.instead else ""
     raise ConfigError(
-        f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{point}{also} "
+        f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{point}{whole}{also} "
         f"`twbal {stage} --help` shows all settings with their ranges."
     )
 
@@ -76,7 +79,7 @@ def _refuse_unknown_names(stage: str, tree: Mapping[str, Any], table: Table) -> 
     for leaf in leaves(tree):
         place, _, name = leaf.key.rpartition(".")
         is_known = table.row(leaf.key) or table.row_above(leaf.key) or table.has_parts(leaf.key)
-        if leaf.is_foreign or is_known or place in _FREE or not table.has_parts(place):
+        if leaf.is_foreign or is_known or place in FREE or not table.has_parts(place):
             continue
         beside = table.names_in(place)
         near = difflib.get_close_matches(name, beside, n=1)
@@ -91,7 +94,9 @@ def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[InvalidSetting]:
         row = None if leaf.is_foreign else table.row(leaf.key)
         if row is not None:
             if not row.kind.takes(leaf.value):
-                yield InvalidSetting(leaf.key, leaf.value, row.kind.expected, row.meaning)
+                whole = _as_whole(leaf.value)
+                instead = str(whole) if row.kind.takes(whole) else ""
+                yield InvalidSetting(leaf.key, leaf.value, row.kind.expected, row.meaning, instead)
         elif not leaf.is_foreign and table.has_parts(leaf.key) and not isinstance(leaf.value, Mapping):
             yield InvalidSetting(leaf.key, leaf.value, "settings of its own", "")
         else:
@@ -107,6 +112,11 @@ def _of_unknown(leaf: Leaf, above: Setting | None) -> Iterator[InvalidSetting]:
         yield InvalidSetting(above.key, "{...}", above.kind.expected, above.meaning)
     elif not _is_finite(leaf.value):
         yield InvalidSetting(leaf.key, leaf.value, "finite numbers", "")
+
+
+def _as_whole(value: Any) -> Any:
+    """A number such as 1e9, which is read as no whole number, as the whole number that it is; else the value itself."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
 
 
 def _is_finite(value: Any) -> bool:

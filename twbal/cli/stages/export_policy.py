@@ -8,10 +8,12 @@ from omegaconf import DictConfig
 
 from twbal import __version__
 from twbal.cli.artefacts import POLICY, policy_files, policy_hash
-from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.console import next_command, print_made, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.policy_check import check_torque
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.typed_config import recorded, typed
+from twbal.core.errors import ConfigError
 from twbal.core.json_records import read_record, write_record
 from twbal.core.streams import Stream, generator
 from twbal.embedded.board_export import OnBoard, check_agreement, export_to
@@ -41,7 +43,13 @@ def main(cfg: DictConfig) -> None:
         print(f"the policy has no more than {cfg.distil} basis functions with a weight: all are left")
     print(*_lines(on_board), sep="\n")
     made = out / POLICY if cfg.distil is not None else policy_files(cfg.policy)[0]
-    print_result(manifest, out, next_command("real-rollout", {"policy.path": made}, "robot", "state"))
+    try:
+        check_torque(instantiate(cfg.policy), instantiate(cfg.robot))
+    except ConfigError as error:
+        print_made(manifest, out)
+        say(f"real-rollout would refuse it: {error}")
+    else:
+        print_result(manifest, out, next_command("real-rollout", {"policy.path": made}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

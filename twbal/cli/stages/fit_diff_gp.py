@@ -43,6 +43,11 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 
     def learn() -> list[Path]:
         before, episodes = [_read(base, channels) for base in bases], episodes_of(files, robot)
+        if simulated := sum(episode.provenance.source == "simulation" for episode in episodes):
+            say(
+                f"WARNING: {simulated} of {len(episodes)} episodes are of a simulation. g is to be learned from those "
+                "of a robot; learn f from simulated ones by fit-sim-gp"
+            )
         if len(bases) > 1:
             return fit_likeliest_to_files(bases, before, episodes, files, recipe, seed, out)
         learned = recipe.learn_difference(before[0].model, episodes, seed)  # without a simulation the whole dynamics

@@ -27,6 +27,7 @@ from twbal.cli.console import (
     with_progress,
 )
 from twbal.cli.imported_before import imported_before
+from twbal.cli.log_files import check_log_file
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Provenance
@@ -158,6 +159,7 @@ def propose(files: Sequence[Path], out: Path, robot: RobotParameters, known: Kno
     unread: list[Path] = []
     for file in files:
         try:
+            check_log_file(file)
             found.append((file, guess(file, robot, known)))
         except DataError as error:
             if len(files) == 1 or (not found and file is files[-1]):
@@ -217,6 +219,7 @@ def _readable(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
     readable, refused = [], []
     for file in files:
         try:
+            check_log_file(file)
             if file.suffix == ".mcap":
                 raise LogError(
                     f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV."

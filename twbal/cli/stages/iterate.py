@@ -14,7 +14,7 @@ from twbal.algorithm.iteration_findings import Measures, findings, summarise
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table
-from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
+from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
 from twbal.algorithm.summary import Summary, read_summary
 from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
@@ -31,6 +31,7 @@ from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import check_robot_is_there
 from twbal.cli.trials_at_once import robots_at_once
 from twbal.cli.typed_config import recorded, section, typed
+from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
@@ -59,6 +60,7 @@ def main(cfg: DictConfig) -> float | None:
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
     known_robot(cfg)  # what cannot be used is refused before any work, and any word of going on
+    _check_agent(cfg)
     again = f"If this run is interrupted, this command resumes it: {_again(flags, words, out)}"
     print(f"{again}\n", flush=True)
     try:
@@ -76,6 +78,15 @@ def main(cfg: DictConfig) -> float | None:
         print(f"next    {command}")
     best = summary.best
     return best.predicted_cost if best.real_cost is None else best.real_cost
+
+
+def _check_agent(cfg: DictConfig) -> None:
+    """Raise ConfigError where an agent is given that nothing would use."""
+    if cfg.trained_agent is not None and cfg.initial_policy != InitialPolicy.AGENT:
+        raise ConfigError(
+            f"trained_agent=... is an agent for policy 0, which here comes from initial_policy={cfg.initial_policy} "
+            f"(method={cfg.method}). Leave trained_agent=... out, or choose initial_policy=agent."
+        )
 
 
 def _again(flags: Sequence[str], words: Sequence[str], out: Path) -> str:

@@ -5,13 +5,14 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.cli.artefacts import POLICY, episode_files
+from twbal.cli.artefacts import POLICY, episode_files, episodes_of
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded
+from twbal.diagnosis.log_names import distinct_names
 from twbal.io.checkpoint import save_checkpoint
-from twbal.io.logs import read_episode
 from twbal.search.regulator import regulator_for
+from twbal.sysid.recording import check_episodes
 
 NOT_RECORDED = ("episodes",)
 
@@ -19,6 +20,9 @@ NOT_RECORDED = ("episodes",)
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    if cfg.episodes:
+        files, robot = episode_files(cfg.episodes), instantiate(cfg.robot)
+        check_episodes(episodes_of(files, robot.name), distinct_names(files), robot)
     print_result(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
 
 
@@ -28,8 +32,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     step = StageWork("lqr", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
 
     def make() -> list[Path]:
-        episodes = [read_episode(file) for file in files]
         robot, channels, cost = (instantiate(cfg[part]) for part in ("robot", "state", "cost"))
+        episodes = episodes_of(files, robot.name)
         made = regulator_for(robot, channels, cost, float(cfg.command_width), episodes, say)
         save_checkpoint(out / POLICY, "policy", made.to_payload())
         return [out / POLICY]

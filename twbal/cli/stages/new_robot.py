@@ -1,6 +1,7 @@
 """Ask for the values of a robot, and write its sheet."""
 
 import json
+import shlex
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -43,7 +44,8 @@ def main(cfg: DictConfig) -> None:
     sheet = run(settings, given)
     print(f"made  {sheet}")
     print(f"kept  {_kept_in(sheet)}, the answers")
-    print(f"next  twbal lqr --config-dir={text(settings.folder)} robot={settings.name}")
+    following = ["twbal", "lqr", f"--config-dir={settings.folder}", f"robot={text(settings.name)}"]
+    print(f"next  {shlex.join(following)}")
 
 
 def run(settings: Settings, given: Mapping[str, str]) -> Path:

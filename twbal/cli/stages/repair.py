@@ -10,16 +10,24 @@ from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.errors import LogError
-from twbal.core.files import unused
+from twbal.core.files import unused, write_atomically
 from twbal.io.logs import recover_episode, write_episode
+
+NOT_SAVED = "not_saved.txt"
 
 
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
+    lost = out / NOT_SAVED
     shown = {"episode": out / manifest.outputs[0].path, "simulate": False, "film": False}  # of any robot
     print_result(manifest, out, next_command("plot", shown))
+    if any(out / made.path == lost for made in manifest.outputs):
+        raise LogError(
+            f"Nothing could be saved of {len(lost.read_text(encoding='utf-8').splitlines())} logs; {lost} says why. "
+            "What could be saved of the others was."
+        )
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
@@ -57,4 +65,7 @@ def _recover(files: Sequence[Path], out: Path) -> list[Path]:
         print(f"{file}: {state}")
     if not made:
         raise LogError(f"Nothing can be saved of {len(hopeless)} logs. The last one: {hopeless[-1]}")
+    if hopeless:
+        write_atomically(out / NOT_SAVED, "".join(" ".join(said.split()) + "\n" for said in hopeless))
+        made.append(out / NOT_SAVED)
     return made

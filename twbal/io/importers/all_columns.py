@@ -9,7 +9,7 @@ import numpy as np
 
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
-from twbal.io.importers.arrays import named_arrays
+from twbal.io.importers.arrays import named_arrays, other_lengths
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
 from twbal.io.importers.fields import MISSING, is_time
 from twbal.io.importers.formats import reader_of
@@ -91,6 +91,23 @@ def _plain(field: str) -> bool:
     except ValueError:
         return False
     return "_" not in field
+
+
+def passed_over(path: Path) -> list[str]:
+    """Lines on columns that `all_columns` leaves out, as they have another number of values than most.
+
+    A single value is a parameter, and no column.
+
+    Raises:
+        LogError: the log cannot be read.
+    """
+    if reader_of(path) is None:
+        return []
+    return [
+        f"   -  {name:24} passed over: it has {count} values, which is not one a row"
+        for name, count in other_lengths(path).items()
+        if count > 1
+    ]
 
 
 def row_of(number: int, column: Column) -> str:

@@ -22,6 +22,33 @@ def named_arrays(path: Path) -> dict[str, Array]:
     Raises:
         LogError: the file cannot be read, or has no columns.
     """
+    return _of_one_length(_all_arrays(path))
+
+
+def other_lengths(path: Path) -> dict[str, int]:
+    """How many values those columns of such a file have that `named_arrays` passes over, by name.
+
+    Raises:
+        LogError: the file cannot be read, or has no columns.
+    """
+    every = _all_arrays(path)
+    found = _of_one_length(every)
+    return {name: len(values) for name, values in every.items() if name not in found}
+
+
+def _of_one_length(found: dict[str, Array]) -> dict[str, Array]:
+    """The columns of the length that most numbers have."""
+    lengths = [len(values) for values in found.values()]
+    common = max(set(lengths), key=lambda length: length * lengths.count(length))
+    return {name: values for name, values in found.items() if len(values) == common}
+
+
+def _all_arrays(path: Path) -> dict[str, Array]:
+    """The columns of such a file by name, of whatever length.
+
+    Raises:
+        LogError: the file cannot be read, or has no columns.
+    """
     read = reader_of(path)
     assert read is not None
     try:
@@ -34,24 +61,46 @@ def named_arrays(path: Path) -> dict[str, Array]:
         raise LogError(f"{path} cannot be read as a {path.suffix} file ({error}).") from error
     if not found:
         raise LogError(f"{path} has no vector or matrix of numbers.")
-    lengths = [len(values) for values in found.values()]
-    common = max(set(lengths), key=lambda length: length * lengths.count(length))
-    return {printable(name): values for name, values in found.items() if len(values) == common}
+    return {printable(name): values for name, values in found.items()}
 
 
 def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
     """Columns of such a file; arguments as of `text_files.read_text`.
 
     Raises:
-        LogError: the file cannot be read, or has no such column.
+        LogError: the file cannot be read, or has no such column, or one of another length than the others.
     """
-    found = named_arrays(path)
+    every = _all_arrays(path)
+    found = _of_one_length(every)
+    _check_lengths(path, wanted, every, found)
     known = list(names) if names and len(names) == len(found) else list(found)
     where = places(path, known, len(found), wanted)
     columns = list(found.values())
     values = np.column_stack([columns[k] for k in where])
     numbers = np.arange(len(values))
     return Columns(values, numbers + 1, numbers, "row", ())
+
+
+def _check_lengths(path: Path, wanted: Sequence[Name], every: dict[str, Array], found: dict[str, Array]) -> None:
+    """Check that no wanted column has another length than most.
+
+    Args:
+        path: of the file, for errors.
+        wanted: columns by name or number.
+        every: all columns of the file.
+        found: those of the length that most have.
+
+    Raises:
+        LogError: one has.
+    """
+    for name in wanted:
+        if name in every and name not in found:
+            first, values = next(iter(found.items()))
+            raise LogError(
+                f"The columns of {path} have unequal lengths: {name!r} has {len(every[name])} values, and {first!r} "
+                f"has {len(values)}. Expected is one value for each row: write the file anew, with null or NaN where "
+                "a value is missing."
+            )
 
 
 def _array(value: Any) -> Array:

@@ -71,9 +71,9 @@ def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
     if len(certain) == 1:
         return ColumnChoice((), f"{certain[0].name} is of one wheel only: is that enough?", is_for_person=True)
     if certain:
-        return ColumnChoice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
+        return ColumnChoice((), f"{' or '.join(_told_apart(certain))}?", is_for_person=True)
     if fitting:
-        names = " or ".join(column.name for column in fitting)
+        names = " or ".join(_told_apart(fitting))
         if len(fitting) == 2 and {column.meaning.side for column in fitting} == {"left", "right"}:
             names = f"both {fitting[0].name} and {fitting[1].name}"
         said = _SAID.get(quantity, quantity)
@@ -81,13 +81,20 @@ def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
             text = f"perhaps {names}: which is of the left wheel? If they are the {said}, "
             return ColumnChoice((), f"{text}fill in both, the left wheel's first, and the unit")
         text = f"perhaps {names}: such a name may mean other things. If it is the {said}, "
-        return ColumnChoice((), f"{text}fill in its name and unit")
+        what = "name" if len({column.name for column in fitting}) == len(fitting) else "number"
+        return ColumnChoice((), f"{text}fill in its {what} and unit")
     if meant:
         return ColumnChoice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
     if any(column.meaning.certain for column in named):
         names = " and ".join(column.name for column in named)
         return ColumnChoice((), f"{names}: not all of its fields are numbers")
     return ColumnChoice()
+
+
+def _told_apart(columns: Sequence[Column]) -> list[str]:
+    """The names of columns, with their numbers where several have one name."""
+    names = [column.name for column in columns]
+    return [c.name if names.count(c.name) == 1 else f"{c.name} (column {c.source})" for c in columns]
 
 
 def _plainest(quantity: str, certain: list[Column]) -> list[Column]:

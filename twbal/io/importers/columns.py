@@ -59,7 +59,7 @@ def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name])
         wanted: columns by name or number.
 
     Raises:
-        LogError: the file has no such column.
+        LogError: the file has no such column, or several of that name.
     """
     found = []
     for name in wanted:
@@ -68,7 +68,7 @@ def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name])
                 raise LogError(f"{path} has {count} columns; the mapping asks for column {name}.")
             found.append(int(name) - 1)
         elif name in names:
-            found.append(list(names).index(name))
+            found.append(_place(path, list(names), name))
         else:
             known = ", ".join(names) if names else f"none by name, but numbers 1 to {count}: it has no header"
             raise LogError(
@@ -76,3 +76,15 @@ def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name])
                 "proposed by `twbal import-log guess=true`."
             )
     return found
+
+
+def _place(path: Path, names: list[str], name: str) -> int:
+    """Where the column of a name is, from 0 on."""
+    numbers = [k for k, each in enumerate(names, start=1) if each == name]
+    if len(numbers) > 1:
+        listed = " and ".join(map(str, numbers))
+        raise LogError(
+            f"{path} has {len(numbers)} columns named {name!r}, numbers {listed}; the mapping does not say which one "
+            f"is meant. Map it by its number, as in {{from: {numbers[0]}}}."
+        )
+    return numbers[0] - 1

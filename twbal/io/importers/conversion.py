@@ -28,10 +28,10 @@ from twbal.io.importers.mapping import Mapping as LogMapping
 from twbal.io.importers.sampling import FILLED, stretches
 from twbal.io.importers.text_files import read_text
 from twbal.io.importers.tilt_by_gyro import FILTER_TIME, tilt_by_gyro
+from twbal.io.importers.usable_rows import usable_rows
 
 _LOOKED_AT = 20_000  # samples that are checked
 _PERIODS = 0.0005, 1.0  # s; control periods that a robot can have
-_LARGEST = 1e30  # of a number in a log, whose square is one, too
 _SUMMED = {"wheel_angle": "the sum of its rate", "tilt": "the sum of its rate, less its trend"}
 _ABOUT_TILT = {
     True: f"the tilt is that of a complementary filter of tilt_rate and {' and '.join(ACCELEROMETER)}, with a time "
@@ -82,7 +82,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     """
     read = read_text if reader_of(path) is None else read_arrays
     columns = read(path, mapping.wanted, mapping.names)
-    columns, notes = _without_nan(path, _with_last_command(columns, mapping))
+    columns, notes = usable_rows(path, _with_last_command(columns, mapping), mapping)
     signals = mapping.signals(columns)
     if mapping.rate is not None:
         signals["time"] = _time_by_rows(path, columns, mapping.rate)
@@ -100,13 +100,14 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     long = [rest for rest in rests if len(rest["time"]) >= least]
     short = [len(part["time"]) for part, rest in zip(parts, rests, strict=True) if len(rest["time"]) < least]
     if short:
+        skipped = f", of which the first {mapping.skip:g} s are skipped" if mapping.skip else ""
         notes.append(
-            f"{counted(len(short), 'part')} without a gap of at most {max(short)} samples: too short, left out"
+            f"{counted(len(short), 'part')} without a gap of at most {max(short)} samples{skipped}: too short, left out"
         )
     if not long:
         raise LogError(
             f"{path} has no recording of {wanted.min_length} samples without a gap: {'; '.join(notes)}. "
-            "Is the rate right? `min_length` and the mapping's `fill` and `skip` change what is kept."
+            f"{_why_short(parts, mapping, least)}"
         )
     of = period.of(every, wanted.period), every, mapping, wanted.channels
     episodes = [_episode(rest, *of, replace(provenance, trial=provenance.trial + i)) for i, rest in enumerate(long)]
@@ -121,6 +122,17 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     untold = tuple(doubt.sentence for doubt in found if doubt.kind is DoubtKind.UNTOLD)
     doubted = tuple(doubt for doubt in found if doubt.kind is not DoubtKind.UNTOLD)
     return Imported(tuple(episodes), tuple(notes), doubted, untold)
+
+
+def _why_short(parts: Sequence[Mapping[str, Array]], mapping: LogMapping, least: int) -> str:
+    """What to try where no part of a log has at least so many samples."""
+    whole = max(parts, key=lambda part: len(part["time"]))["time"]
+    if len(whole) >= least:  # before what is skipped
+        return (
+            f"The mapping skips the first {mapping.skip:g} s of each recording, and the longest has "
+            f"{whole[-1] - whole[0]:.3g} s: give a smaller import.skip=... [s]."
+        )
+    return "Is the rate right? `min_length` and the mapping's `fill` and `skip` change what is kept."
 
 
 def _time_by_rows(path: Path, columns: Columns, rate: float) -> Array:
@@ -204,26 +216,6 @@ def _of_one_wheel(mapping: LogMapping) -> Iterator[Doubt]:
             "meant; give it scale: 2"
         )
         yield Doubt(DoubtKind.UNIT, "command", sentence)
-
-
-def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
-    """The columns without rows that have an empty field, no finite number, or one so large that its square is none."""
-    usable = np.abs(columns.values) <= _LARGEST  # not so of a NaN
-    good = usable.all(axis=1)
-    if good.all():
-        return columns, []
-    if not good.any():
-        has_some = usable.any(axis=0)
-        why = f"the mapping's column {int(np.argmin(has_some)) + 1} is empty throughout"
-        if has_some.all():
-            why = "its sensors are logged in different rows. Fill each column with its last value before the import"
-        raise LogError(f"{path} has no row with a number in each of the mapping's columns: {why}.")
-    first = columns.lines[np.argmin(good)]
-    count = int((~good).sum())
-    are = "is" if count == 1 else "are"
-    what = f"{counted(count, 'row')} with an empty field, NaN, infinity or more than {_LARGEST:g} {are} left out"
-    kept = columns._replace(values=columns.values[good], lines=columns.lines[good], rows=columns.rows[good])
-    return kept, [f"{what}, the first in {columns.row} {first}"]
 
 
 def _every(path: Path, period: float, wanted: float | None) -> int:

@@ -9,7 +9,7 @@ import yaml
 
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.io.importers.all_columns import Column, all_columns, row_of
+from twbal.io.importers.all_columns import Column, all_columns, passed_over, row_of
 from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
 from twbal.io.importers.column_names import CURRENT, DUTY, QUATERNION, is_axis_of_accelerometer
 from twbal.io.importers.duty_torque import full_duty, torque_way
@@ -131,7 +131,7 @@ def guess(path: Path, robot: RobotParameters | None = None, known: KnownMapping 
         "names: []  # of all columns, where files have no header",
         "rate: null # samples a second, where there is no time [Hz]",
     ]
-    table = [row_of(number, column) for number, column in enumerate(columns, start=1)]
+    table = [*(row_of(number, column) for number, column in enumerate(columns, start=1)), *passed_over(path)]
     mapping = "\n".join(lines) + "\n" + rest.text
     left = *proposal.open, *rest.open
     return Guess(tuple(table), mapping, left, tuple(proposal.unknown_units), proposal.duty is not None)

@@ -15,6 +15,7 @@ from twbal.core.gaussian import Array
 from twbal.core.text import counted
 from twbal.io.importers.columns import Columns, Name, places
 from twbal.io.importers.fields import MISSING, is_number, seconds_of
+from twbal.io.importers.repeated_header import repeated_headers
 from twbal.io.importers.text_layout import (
     BLANKS,
     COMMENTS,
@@ -103,16 +104,17 @@ def _rows(path: Path, lines: Sequence[str], layout: TextLayout) -> _Rows:
     """Which lines are rows of numbers.
 
     Raises:
-        LogError: lines before the last have another number of columns, more of them than a torn line now and then.
+        LogError: lines before the last have another number of columns, more of them than a torn line now and then; or
+            the header comes again with its names in another order.
     """
     comment = layout.comment or COMMENTS
     rows = [k for k, line in enumerate(lines) if (stripped := line.strip()) and stripped[0] not in comment]
     rows = rows[layout.before :]
     again: tuple[int, ...] = ()
     if layout.has_header:
-        header = lines[rows[0]].strip()
-        rows = rows[2:] if layout.units else rows[1:]
-        again = tuple(row for row in rows if lines[row].strip() == header)
+        header, *rows = rows
+        rows = rows[1:] if layout.units else rows
+        again = tuple(repeated_headers(path, lines, rows, header, layout.delimiter))
         rows = [row for row in rows if row not in set(again)] if again else rows
     if not rows:
         raise LogError(f"{path} has a header and no rows.")

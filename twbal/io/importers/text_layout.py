@@ -78,7 +78,8 @@ def layout_of(path: Path, text: TextLines) -> TextLayout:
     has_header = bool(names)
     names = names or text.names
     width = len(names) if names and len(names) == _most(body) else len(body[0])
-    sample = tuple(tuple(row) for row in body if len(row) == width)
+    full = [tuple(row) for row in body if len(row) == width]
+    sample = tuple(row for row in full if not is_of_names(row, names)) or tuple(full)
     return TextLayout(
         delimiter, "," if comma else ".", comment, names, width, units, sample, comments, before, has_header
     )
@@ -101,6 +102,12 @@ def _is_header(rows: Sequence[Sequence[str]], comma: bool) -> bool:
         return bool(words)
     shares = [sum(_is_value(row[k], comma) for row in body) / len(body) for k in range(width)]
     return any(shares[k] > 0.5 for k in words)
+
+
+def is_of_names(fields: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether most fields of a row are names of columns, in whatever order."""
+    known = set(names) - {""}
+    return len(fields) == len(names) and 2 * len(known & set(fields)) > len(known)
 
 
 def _most(rows: Sequence[Sequence[str]]) -> int:

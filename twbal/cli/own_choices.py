@@ -1,0 +1,88 @@
+"""Files of a person's own configuration, beside the choices that are packaged."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from hydra.core.config_store import ConfigStore
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
+
+from twbal.cli.composition import Choice, register_nodes
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.errors import ConfigError
+
+_BESIDE = ("--config-dir", "-cd")  # Hydra's own folder, which comes first
+_FLAGS = (*_BESIDE, "--config-path", "-cp")
+_ROBOT = "robot"
+_SEARCHED = "hydra.searchpath="
+_FILE = "file://"
+
+
+def refuse_packaged_names(words: Sequence[str]) -> None:
+    """Refuse a file of one's own that has the name of a packaged choice, such as `my_conf/import/regbot.yaml`.
+
+    Hydra takes the packaged one for the schema of such a file, and merges the two or ends with an error of its own.
+    Robots are files in conf/ themselves, of which Hydra takes the packaged one and drops the other.
+
+    Args:
+        words: overrides and Hydra's flags.
+
+    Raises:
+        ConfigError: there is such a file in a folder that the words name.
+    """
+    for folder in _folders(words):
+        register_nodes()
+        for file in _named_as(ConfigStore.instance().repo, folder):
+            group = file.parent.relative_to(folder).as_posix()
+            own = file.with_name(f"my_{file.name}")
+            raise ConfigError(
+                f"{file} has the name of a packaged choice, {group}={file.stem}, which Hydra would mix with it. Rename "
+                f"it, as to {own}, and choose it by {group}={own.stem}."
+            )
+    for folder in _folders(words, _BESIDE):
+        for sheet in sorted((conf_folder() / _ROBOT).glob("*.yaml")):
+            file = folder / _ROBOT / sheet.name
+            if file.is_file() and not file.samefile(sheet):
+                own = file.with_name(f"my_{file.name}")
+                raise ConfigError(
+                    f"{file} has the name of a packaged robot, {_ROBOT}={file.stem}, which Hydra would take in its "
+                    f"place. Rename it, as to {own}, and its entry name, too; choose it by {_ROBOT}={own.stem}."
+                )
+
+
+def _folders(words: Sequence[str], flags: Sequence[str] = _FLAGS) -> Iterator[Path]:
+    """The folders in which Hydra is to look for configuration, beside its own."""
+    for before, word in zip(["", *words], words, strict=False):
+        flag, equals, folder = word.partition("=")
+        if before in flags:
+            yield Path(word)
+        elif equals and flag in flags:
+            yield Path(folder)
+        elif word.startswith(_SEARCHED):
+            yield from map(Path, _searched(word))
+
+
+def _searched(word: str) -> list[str]:
+    """The folders of a word `hydra.searchpath=[...]`; none where Hydra, too, cannot read it."""
+    with suppress(HydraException):
+        value = OverridesParser.create().parse_override(word).value()
+        if isinstance(value, list):
+            return [path.removeprefix(_FILE) for path in map(str, value) if path.startswith(_FILE) or "://" not in path]
+    return []
+
+
+def _named_as(choices: Mapping[str, Any], folder: Path) -> Iterator[Path]:
+    """The files of a folder that are named as choices.
+
+    Args:
+        choices: by their file names, within the names of their groups.
+        folder: of the same tree.
+    """
+    for name, node in choices.items():
+        if isinstance(node, Choice):
+            if (folder / name).is_file():
+                yield folder / name
+        elif isinstance(node, Mapping) and (folder / name).is_dir():
+            yield from _named_as(node, folder / name)
