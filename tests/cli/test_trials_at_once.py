@@ -1,5 +1,6 @@
 """Trials of virtual robots in lockstep that are driven beside each other."""
 
+import json
 import os
 import signal
 import subprocess
@@ -129,7 +130,8 @@ def test_the_same_episodes_are_logged_by_any_number_of_robots(tmp_path):
         logs.append({file.name: file.read_bytes() for file in (out / "episodes").iterdir()})
     assert len(logs[0]) == 5
     assert logs[0] == logs[1]
-    (out / "manifest.json").unlink()
+    killed = json.loads((out / "manifest.json").read_text()) | {"complete": False, "outputs": []}
+    (out / "manifest.json").write_text(json.dumps(killed))
     for number in (0, 1, 3, 4):
         (out / "episodes" / f"trial_{number:03d}.mcap").unlink()
     assert main([*words, "workers=2"]) == 0

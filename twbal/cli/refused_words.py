@@ -19,8 +19,10 @@ def refuse_words(words: Sequence[str]) -> None:
         ConfigError: a folder for results has no name, or is called ~; dots stand where a name belongs; or Hydra would
             drop a word in silence: a second --config-dir, or the folder of what is not run.
     """
+    shows = any(re.match(r"(--cfg|-c)(=|$)", word) for word in words)
     for word in words:
-        _refuse_dots(word)
+        if not shows:  # settings are shown of what need not be there
+            _refuse_dots(word)
         if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=")):
             _refuse_folder(word)
     _refuse_second_folder(words)

@@ -28,7 +28,6 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration, refuse_unread
-from twbal.cli.console import overridden
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sweep_results import FAILURE, job_lines
 from twbal.core.errors import ConfigError, SweepError, TwbalError
@@ -147,6 +146,7 @@ class Job:
             if sweeps or _CHECKED_BY not in hydra.callbacks:  # a single run was checked as it began
                 check_configuration(cfg, self._stage, hydra)
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
+            from twbal.cli.console import overridden
             from twbal.cli.sheet_doubts import doubts_of
 
             sheet = None if overridden("robot.name") else hydra.runtime.choices.get("robot")
