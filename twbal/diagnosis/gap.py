@@ -354,7 +354,10 @@ def _parameter_floor(models: Models, rollouts: _Rollouts, replay: Replay, comman
         _replayed(replace(models.named, effects=effects), of, replay, starts, commands[some]) - right
         for effects in models.drawn
     ]
-    return np.asarray(np.sqrt(np.median([np.mean(each**2, axis=0) for each in errors], axis=0)))
+    found = np.sqrt(
+        np.median([np.nan_to_num(np.mean(each**2, axis=0), nan=np.inf, posinf=np.inf) for each in errors], axis=0)
+    )
+    return np.where(np.isfinite(found), found, 0.0)  # where most draws cannot be simulated, they tell nothing
 
 
 def _some(rollouts: _Rollouts) -> Array:
