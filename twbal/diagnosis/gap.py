@@ -345,18 +345,13 @@ def _parameter_floor(models: Models, rollouts: _Rollouts, replay: Replay, comman
         commands: of the rollouts, (n, S, k).
     """
     some = _some(rollouts)
-    of, starts, right = (
-        [rollouts.recordings[i] for i in some],
-        [rollouts.starts[i] for i in some],
-        rollouts.courses[some],
-    )
+    of, starts = [rollouts.recordings[i] for i in some], [rollouts.starts[i] for i in some]
     errors = [
-        _replayed(replace(models.named, effects=effects), of, replay, starts, commands[some]) - right
+        _replayed(replace(models.named, effects=effects), of, replay, starts, commands[some]) - rollouts.courses[some]
         for effects in models.drawn
     ]
-    found = np.sqrt(
-        np.median([np.nan_to_num(np.mean(each**2, axis=0), nan=np.inf, posinf=np.inf) for each in errors], axis=0)
-    )
+    squares = [np.nan_to_num(np.mean(each**2, axis=0), nan=np.inf, posinf=np.inf) for each in errors]
+    found = np.sqrt(np.median(squares, axis=0))
     return np.where(np.isfinite(found), found, 0.0)  # where most draws cannot be simulated, they tell nothing
 
 
