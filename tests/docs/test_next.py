@@ -65,6 +65,16 @@ def test_after_trials_that_are_too_short_for_a_diagnosis_comes_identify(follow):
     assert main([*following, "--cfg", "job"]) == 0
 
 
+def test_what_an_experiment_sets_of_the_robot_is_handed_on(follow):
+    experiment = Path("my_conf", "experiment", "mine.yaml")
+    experiment.parent.mkdir(parents=True)
+    experiment.write_text("# @package _global_\nrobot: {body_mass: 11.0, track: 0.5}\ntrials: 1\nsteps: 60\n")
+    words = ("experiment=mine", "--config-dir=my_conf", "policy=excite", "robot.track=0.6", "hydra.run.dir=out")
+    following = follow("real-rollout", *words, small=())
+    assert following[-2:] == ["robot.track=0.6", "robot.body_mass=11.0"]
+    assert main([*following, "--cfg", "job"]) == 0
+
+
 def test_after_trials_that_tell_nothing_the_robot_is_recorded_again_by_the_same_link(follow):
     words = ("experiment=excite", "robot=regbot", "link.seed=7", "hydra.run.dir=my runs/shaken")
     following = follow("real-rollout", *words)

@@ -4,7 +4,7 @@ import re
 import shlex
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar, cast
 
@@ -12,15 +12,17 @@ from hydra.conf import HydraConf
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
-from omegaconf import DictConfig, read_write
+from omegaconf import DictConfig, OmegaConf, read_write
 
-from twbal.cli.commands import text
+from twbal.cli.commands import compose_stage, text
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.manifest import Manifest
+from twbal.cli.settings.nested_settings import flattened
 
 LISTED = 3  # files of one folder that are named one by one
 BETWEEN_LINES = 5.0  # of progress [s]
 _GENTLE = 0.1  # command that costs as much as a width of the state, as a share of the torque limit
+_EXPERIMENT = "experiment"
 Item = TypeVar("Item")
 
 
@@ -85,10 +87,27 @@ def chosen_overrides(*groups: str) -> str:
     found = [
         f"{group}={choice}" for group, choice in chosen.items() if choice != default[group] and group not in overridden
     ]
+    if hydra.runtime.choices.get(_EXPERIMENT) is not None:
+        found += _values_of_experiment(hydra, groups, [*words, *found])
     if "sim" in groups and "sim" not in default:
         simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
         found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
     return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
+
+
+def _values_of_experiment(hydra: HydraConf, groups: Sequence[str], known: Sequence[str]) -> list[str]:
+    """The words that set what an experiment set in groups, beside words that are known already."""
+    stage, task = str(hydra.job.config_name), [str(word) for word in hydra.overrides.task]
+    without = [word for word in task if not word.startswith(f"{_EXPERIMENT}=") and word not in known]
+    own, wanted = (compose_stage(stage, each) for each in ([*without, *known], task))
+    found = []
+    for group in groups:
+        before, after = (OmegaConf.to_container(OmegaConf.masked_copy(cfg, [group])) for cfg in (own, wanted))
+        if isinstance(before, dict) and isinstance(after, dict):
+            values = dict(flattened(before))
+            changed = [(key, value) for key, value in flattened(after) if key not in values or value != values[key]]
+            found += [f"{'' if key in values else '+'}{key}={text(value)}" for key, value in changed]
+    return found
 
 
 def _default_choices(hydra: HydraConf) -> Mapping[str, Any]:
