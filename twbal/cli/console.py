@@ -11,8 +11,10 @@ from typing import Any, TypeVar, cast
 from hydra.conf import HydraConf
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf, read_write
+from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import compose_stage, text
 from twbal.cli.conf_folder import conf_folder
@@ -88,18 +90,29 @@ def chosen_overrides(*groups: str) -> str:
         f"{group}={choice}" for group, choice in chosen.items() if choice != default[group] and group not in overridden
     ]
     if hydra.runtime.choices.get(_EXPERIMENT) is not None:
-        found += _values_of_experiment(hydra, groups, [*words, *found])
+        found += _values_of_experiment(hydra, groups, default)
     if "sim" in groups and "sim" not in default:
         simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
         found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
     return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
 
 
-def _values_of_experiment(hydra: HydraConf, groups: Sequence[str], known: Sequence[str]) -> list[str]:
-    """The words that set what an experiment set in groups, beside words that are known already."""
+def _values_of_experiment(hydra: HydraConf, groups: Sequence[str], default: Mapping[str, Any]) -> list[str]:
+    """The words that set what an experiment set in groups, beside the choices that it made and what words set.
+
+    Args:
+        hydra: of this run.
+        groups: in which it may have set values.
+        default: what this run's configuration chooses of each group, by itself.
+    """
     stage, task = str(hydra.job.config_name), [str(word) for word in hydra.overrides.task]
-    without = [word for word in task if not word.startswith(f"{_EXPERIMENT}=") and word not in known]
-    own, wanted = (compose_stage(stage, each) for each in ([*without, *known], task))
+    without = [word for word in task if not word.startswith(f"{_EXPERIMENT}=")]
+    made = {group: choice for group, choice in hydra.runtime.choices.items() if default.get(group, choice) != choice}
+    chosen = [f"{group}={choice}" for group, choice in made.items() if group != _EXPERIMENT]
+    try:
+        own, wanted = (compose_stage(stage, each) for each in ([*chosen, *without], task))
+    except (HydraException, OmegaConfBaseException):  # what words set is there with the experiment alone
+        return []
     found = []
     for group in groups:
         before, after = (OmegaConf.to_container(OmegaConf.masked_copy(cfg, [group])) for cfg in (own, wanted))
