@@ -20,19 +20,15 @@ LEFT = 100.0  # score of the chosen set without either of its effects
 
 @pytest.fixture
 def exchange_effects(monkeypatch):
-    """How a selection ends where another effect is predicted to gain so much, and then scores so much in one place.
+    """How a selection ends where another effect is predicted to gain so much, and then scores so much in one place."""
 
-    `again` is the score of the set before, fitted from the values of the set after.
-    """
-
-    def end(predicted, score, chosen=CHOSEN, rounds=(), again=0.0):
+    def end(predicted, score, chosen=CHOSEN, rounds=()):
         tried = []
 
         def fit(data, model, always, candidates, rounds):
             names = [candidate.name for candidate in candidates]
             tried.append(tuple(sorted(names)))
-            of_two = score if OTHER.name in names else again
-            return hypothesis(of_two if len(names) == 2 else LEFT, *names)
+            return hypothesis(score if len(names) == 2 else LEFT, *names)
 
         def scores(data, fit, candidates):
             return [ScoredCandidate(each, predicted, None, {}) for each in candidates]
@@ -68,13 +64,6 @@ def test_one_that_explains_no_more_does_not(exchange_effects, score):
     found, _ = exchange_effects(LOST + 100.0, score)
     assert found.chosen is CHOSEN
     assert any(OTHER.name in w.names for w in found.sets)
-
-
-def test_a_set_whose_fit_had_ended_short_stays(exchange_effects):
-    """Fitted from where the exchange came to, it does as well as the set with the other effect."""
-    found, _ = exchange_effects(LOST + 100.0, 560.0, again=558.0)
-    assert found.chosen.names == CHOSEN.names
-    assert found.chosen.bic < CHOSEN.bic
 
 
 def test_one_that_is_predicted_to_gain_too_little_is_not_fitted(exchange_effects):

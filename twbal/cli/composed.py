@@ -14,6 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import explained
+from twbal.cli.own_choices import refuse_packaged_names
 from twbal.cli.sheet_doubts import doubts_of
 from twbal.cli.sim_files import with_files
 from twbal.core.errors import TwbalError
@@ -36,6 +37,7 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
     """
     try:
         with composing():
+            refuse_packaged_names(overrides)
             cfg = compose(stage.replace("-", "_"), with_files(overrides))
             check_configuration(cfg, stage)
     except (HydraException, OmegaConfBaseException) as error:

@@ -14,6 +14,7 @@ from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.hydra_errors import explained, refused_by_hydra, unreadable_yaml
+from twbal.cli.own_choices import refuse_packaged_names
 from twbal.cli.refused_words import refuse_words
 from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
@@ -40,6 +41,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     refuse_words(words)
     name = stage.replace("-", "_")
     words = with_sheet_folder(words)
+    refuse_packaged_names(words)
     sys.argv = [program, *_overrides_first(with_job_folders(with_files(words)))]
     register_nodes()
     job = Job(stage)

@@ -19,7 +19,6 @@ from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
 from twbal.cli.commands import swept, text
-from twbal.cli.own_choices import refuse_packaged_names
 from twbal.cli.settings.robot_settings import PHYSICS_STEP
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
@@ -45,9 +44,8 @@ def with_files(words: Sequence[str]) -> list[str]:
 
     Raises:
         ConfigError: the file is not there, holds no simulation, has an effect that another word adds once more, or is
-            one of several simulations; or a choice of one's own has the name of a packaged one.
+            one of several simulations.
     """
-    refuse_packaged_names(words)
     chosen = [word for word in words if word.startswith(_KEY)]
     _MADE_FOR.clear()
     for word in chosen:

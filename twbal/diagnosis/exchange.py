@@ -11,8 +11,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple
 
-import numpy as np
-
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round, bic_penalty
@@ -63,37 +61,11 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
             return selection._replace(rounds=tuple(rounds))
         best = min(better, key=lambda w: w.bic)
         best = min(best, problem.fit(best.fit.model, best.candidates, FULL_ROUNDS), key=lambda w: w.bic)
-        again = _from_exchange(problem, chosen, best)
-        rounds.append(Round(chosen, [], [again]))
-        if again.bic <= best.bic + _BETTER and problem.is_sound(again, selection.base):
-            selection = Selection(selection.base, tuple(rounds), again)
-            continue
         larger = added_to(problem, best, rounds, progress)
         found = without_redundant(problem, larger, selection.base, rounds=rounds)
         is_better = found.candidates and not found.at_bound and found.bic < chosen.bic
         selection = Selection(selection.base, tuple(rounds), found if is_better else best)
     return selection
-
-
-def _from_exchange(problem: Problem, chosen: FittedHypothesis, best: FittedHypothesis) -> FittedHypothesis:
-    """The set before an exchange, fitted anew from the values after it.
-
-    Its own fit may have ended short. Then an effect that has the other one as a special case is taken for better: so
-    Stribeck friction without a breakaway is Coulomb friction.
-
-    Args:
-        problem: what was selected from.
-        chosen: the set before.
-        best: the set after, with one effect in the place of another.
-    """
-    (gone,) = (candidate for candidate in chosen.candidates if candidate.name not in best.names)
-    (other,) = (candidate for candidate in best.candidates if candidate.name not in chosen.names)
-    found = {(p.name, p.unit): best.fit.model.value(other.field(p)) for p in other.parameters}
-    begin = {
-        gone.field(p): float(np.clip(found.get((p.name, p.unit), chosen.fit.model.value(gone.field(p))), p.low, p.high))
-        for p in gone.parameters
-    }
-    return problem.fit(best.fit.model.put({**other.none, **begin}), chosen.candidates, FULL_ROUNDS)
 
 
 def _best_predicted(problem: Problem, selection: Selection, rounds: list[Round]) -> list[_Exchange]:

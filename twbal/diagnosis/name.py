@@ -21,9 +21,9 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.graded import widened_by
 from twbal.diagnosis.grown import grown
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.late_rivals import with_late_rivals
 from twbal.diagnosis.likeliest import unobjected, with_likeliest, without_untenable
 from twbal.diagnosis.model_comparison import compare_models
+from twbal.diagnosis.nearest_rivals import with_nearest_rivals
 from twbal.diagnosis.null_distribution import null_distribution, null_score
 from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.objections import (
@@ -216,7 +216,7 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
         selection = selection._replace(rounds=again.rounds) if is_kept and again.chosen.at_bound else again
     larger = grown(problem, selection, progress)
     selection = larger if larger.chosen is selection.chosen else exchanged(problem, larger, progress)
-    selection = with_late_rivals(problem, selection, progress)
+    selection = with_nearest_rivals(problem, selection, progress)
     selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
     return without_untenable(problem, selection, extent, partial(may_be_a_finding, settings=settings), progress)
 

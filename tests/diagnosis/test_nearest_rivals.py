@@ -6,8 +6,8 @@ from test_likeliest import SETTINGS
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.late_rivals import with_late_rivals
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.diagnosis.nearest_rivals import with_nearest_rivals
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
@@ -32,7 +32,7 @@ def ended(problem, *names):
 
 def test_a_lag_gives_way_to_the_delay_that_is_there(problem):
     before = ended(problem, "viscous_friction", "motor_lag")
-    found = with_late_rivals(problem, before, lambda line: None)
+    found = with_nearest_rivals(problem, before, lambda line: None)
     assert found.chosen.names == ("actuation_delay", "viscous_friction")
     assert found.chosen.bic < before.chosen.bic
     assert found.chosen.fit.model.value("actuation_delay_delay") == pytest.approx(0.012, rel=0.15)
@@ -40,7 +40,7 @@ def test_a_lag_gives_way_to_the_delay_that_is_there(problem):
 
 def test_a_delay_stays_and_its_rivals_are_weighed(problem):
     before = ended(problem, "viscous_friction", "actuation_delay")
-    found = with_late_rivals(problem, before, lambda line: None)
+    found = with_nearest_rivals(problem, before, lambda line: None)
     assert found.chosen is before.chosen
     weighed = {w.names for w in found.sets}
     assert {("motor_lag", "viscous_friction"), ("imu_delay", "viscous_friction")} <= weighed
@@ -49,4 +49,20 @@ def test_a_delay_stays_and_its_rivals_are_weighed(problem):
 
 def test_nothing_is_tried_where_nothing_is_late(problem):
     before = ended(problem, "viscous_friction")
-    assert with_late_rivals(problem, before, lambda line: None) is before
+    assert with_nearest_rivals(problem, before, lambda line: None) is before
+
+
+def test_friction_without_a_breakaway_is_coulomb_friction(paper):
+    """A search came to Stribeck friction, whose breakaway is next to nothing."""
+    torque = 0.3
+    recordings = [synthetic_recording(paper, {"coulomb_friction": {"torque": torque}}, seed=73, periods=400)]
+    data, planar = Data(recordings, SETTINGS.substeps, largest_noise(paper), QUIETEST), planar_parameters(paper, {})
+    start = with_fitted_noise(data, Model(planar, 0.0, first_noise(paper, data.sensed)))
+    few = [c for c in candidates_for(paper) if c.name in ("coulomb_friction", "stribeck_friction", "ground_slope")]
+    rubbing = Problem(data, start, always_free(SETTINGS.tolerances, planar, 1), few, SETTINGS)
+    before = ended(rubbing, "stribeck_friction")
+    found = with_nearest_rivals(rubbing, before, lambda line: None).chosen
+    assert found.names == ("coulomb_friction",)
+    assert found.bic < before.chosen.bic
+    assert found.fit.model.value("coulomb_friction_torque") == pytest.approx(torque, rel=0.15)
+    assert found.fit.model.value("stribeck_friction_torque") == 0.0
