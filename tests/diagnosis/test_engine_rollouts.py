@@ -11,8 +11,9 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import InitialState
 from twbal.diagnosis.engine_rollouts import replayed
 from twbal.diagnosis.filter_result import filter_recordings
-from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps
+from twbal.diagnosis.gap import Models, measure_gaps
 from twbal.diagnosis.inputs import DiagnosedSimulation
+from twbal.diagnosis.rollouts_from_recordings import RolloutStarts
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.restart_state import RestartState
 from twbal.sysid.noise import NoiseModel

@@ -10,7 +10,8 @@ from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.core.plant import Observation
 from twbal.diagnosis.filter_result import filter_recordings
-from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_error
+from twbal.diagnosis.gap import Models, measure_gaps, rollout_error
+from twbal.diagnosis.rollouts_from_recordings import RolloutStarts
 from twbal.effects.library import effects_from
 from twbal.sim.replay import replay
 from twbal.sysid.held_out import held_out
@@ -42,6 +43,12 @@ def seen(paper, split):
     return filter_recordings(paper, LASTING, noise, 0.0, split.kept_back, SUBSTEPS)
 
 
+def gaps_of(models, kept_back, robot, steps, starts=40):
+    """The gaps of rollouts in PyBullet over some control periods."""
+    stretches, engine = RolloutStarts(5, 5, starts, steps), partial(run, robot)
+    return measure_gaps(models, kept_back, engine, [steps], stretches, LEVELS, robot.wheel_radius)
+
+
 def test_the_right_model_predicts_the_end_of_a_recording_as_well_as_its_beginning(split, seen):
     counts = split.kept_back[0].usable
     early, late = (np.sqrt(np.mean(seen.errors[0][rows][20:] ** 2, axis=0)) for rows in (~counts, counts))
@@ -69,15 +76,7 @@ def test_a_value_that_the_data_leave_open_makes_no_more_than_its_standard_error_
     """All is right but the slope of the floor, by one standard error; without an error nothing is worked out."""
     sloping = replace(seen, effects={**LASTING, "ground_slope": {"angle": off}})
     drawn = [{**LASTING, "ground_slope": {"angle": angle}} for angle in (0.0, 2.0 * off)]
-    gaps = measure_gaps(
-        Models(seen, seen, sloping, drawn),
-        split.kept_back,
-        partial(run, paper),
-        [7],
-        RolloutStarts(5, 5, 40, 7),
-        LEVELS,
-        paper.wheel_radius,
-    )
+    gaps = gaps_of(Models(seen, seen, sloping, drawn), split.kept_back, paper, 7)
     (tilt,) = (gap for gap in gaps if gap.channel == "tilt")
     assert (tilt.after > 2.0 * tilt.noise_floor) == (off > 0.0)
     assert tilt.after == pytest.approx(tilt.expected, rel=0.15 if off else 0.3)
@@ -97,15 +96,7 @@ def test_rollouts_of_a_filtered_tilt_begin_at_what_the_filter_showed(paper):
     kept_back = held_out([replace(recording, measured=measured)], 0.25).kept_back
     noise = NoiseModel(LEVELS, np.array([0.01, 0.01]), np.array([1e-9, 1e-9, off, 1e-9, 1e-9, 1e-9]))
     seen = filter_recordings(paper, filtered, noise, 0.0, kept_back, SUBSTEPS)
-    gaps = measure_gaps(
-        Models(seen, seen, seen),
-        kept_back,
-        partial(run, paper),
-        [3],
-        RolloutStarts(5, 5, 40, 3),
-        LEVELS,
-        paper.wheel_radius,
-    )
+    gaps = gaps_of(Models(seen, seen, seen), kept_back, paper, 3)
     (tilt,) = (gap for gap in gaps if gap.channel == "tilt")
     assert tilt.after < 0.6 * off
     assert tilt.excess == 0.0  # all three are one model
@@ -119,14 +110,13 @@ def test_rollouts_are_those_of_sensors_that_remember_the_whole_past(paper, effec
     kept_back = held_out([recording], 0.25).kept_back
     seen = filter_recordings(paper, effects, NoiseModel(LEVELS, np.array([0.01, 0.01])), 0.0, kept_back, SUBSTEPS)
 
-    def gaps():
-        stretches = RolloutStarts(5, 5, 12, 5)
-        models = Models(seen, seen, seen)
-        return measure_gaps(models, kept_back, partial(run, paper), [5], stretches, LEVELS, paper.wheel_radius)
+    def errors():
+        gaps = gaps_of(Models(seen, seen, seen), kept_back, paper, 5, starts=12)
+        return [(gap.after, gap.noise_floor) for gap in gaps]
 
-    short = [(gap.after, gap.noise_floor) for gap in gaps()]
-    monkeypatch.setattr("twbal.diagnosis.gap._IMU_MEMORY", 1e3)
-    np.testing.assert_allclose(short, [(gap.after, gap.noise_floor) for gap in gaps()], rtol=1e-9)
+    short = errors()
+    monkeypatch.setattr("twbal.diagnosis.rollouts_from_recordings._IMU_MEMORY", 1e3)
+    np.testing.assert_allclose(short, errors(), rtol=1e-9)
 
 
 def test_worse_is_what_is_worse_rollout_by_rollout(split, seen, paper):

@@ -20,7 +20,7 @@ from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_record import on_free_forms
-from twbal.diagnosis.gap import Models, RolloutStarts, measure_gaps, rollout_error
+from twbal.diagnosis.gap import Models, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, widened, with_shares
 from twbal.diagnosis.gyro_walk import gyro_bias_walk
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
@@ -30,6 +30,7 @@ from twbal.diagnosis.motor_difference_record import UNEQUAL, MotorDifference
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
+from twbal.diagnosis.rollouts_from_recordings import RolloutStarts
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import review
 from twbal.diagnosis.wheel_friction import identify_friction
