@@ -130,12 +130,12 @@ def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
         (["--config-dir=a", "-cd", "b"], "Hydra takes a single --config-dir. Give one, and the other folder by "),
         (
             ["-m", "seed=1,2", "hydra.run.dir=a"],
-            "hydra.run.dir would not be heeded: a sweep, by -m, has its folder by ",
+            "hydra.run.dir has no effect here: a sweep, by -m, has its folder by ",
         ),
-        (["hydra.sweep.dir=a"], "hydra.sweep.dir would not be heeded: a single run, without -m, has its folder by "),
+        (["hydra.sweep.dir=a"], "hydra.sweep.dir has no effect here: a single run, without -m, has its folder by "),
     ],
 )
-def test_what_hydra_would_not_heed_is_refused(words, expected, capsys):
+def test_a_word_without_effect_is_refused(words, expected, capsys):
     assert main(["sim-collect", *words]) == 1
     assert expected in only_error(capsys)
 

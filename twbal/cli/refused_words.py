@@ -26,7 +26,7 @@ def refuse_words(words: Sequence[str]) -> None:
         if word.startswith(("hydra.run.dir=", "hydra.sweep.dir=")):
             _refuse_folder(word)
     _refuse_second_folder(words)
-    _refuse_unheeded(words)
+    _refuse_without_effect(words)
 
 
 def _refuse_dots(word: str) -> None:
@@ -57,11 +57,11 @@ def _refuse_second_folder(words: Sequence[str]) -> None:
         )
 
 
-def _refuse_unheeded(words: Sequence[str]) -> None:
+def _refuse_without_effect(words: Sequence[str]) -> None:
     if any(word.startswith("hydra.mode=") for word in words):
         return
     sweeps = bool({"-m", "--multirun"} & set(words))
     of_other, own = ("hydra.run.dir", "hydra.sweep.dir") if sweeps else ("hydra.sweep.dir", "hydra.run.dir")
     if any(word.startswith(f"{of_other}=") for word in words):
         what = "a sweep, by -m, has" if sweeps else "a single run, without -m, has"
-        raise ConfigError(f"{of_other} would not be heeded: {what} its folder by {own}=...")
+        raise ConfigError(f"{of_other} has no effect here: {what} its folder by {own}=...")
