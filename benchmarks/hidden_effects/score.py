@@ -110,10 +110,10 @@ def _row(label: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> dict[str, An
 
 
 def _closed_from_refitted(gap: Mapping[str, Any]) -> float | None:
-    """Share of the gap between the refitted data sheet and the floor that the named effect closes."""
-    if gap["refitted"] <= (1.0 + _FLAT) * gap["floor"]:
+    """Share of the gap between the refitted data sheet and the noise floor that the named effect closes."""
+    if gap["refitted"] <= (1.0 + _FLAT) * gap["noise_floor"]:
         return None
-    return float((gap["refitted"] - gap["after"]) / (gap["refitted"] - gap["floor"]))
+    return float((gap["refitted"] - gap["after"]) / (gap["refitted"] - gap["noise_floor"]))
 
 
 def _parameters(hidden: Mapping[str, Any], said: Any) -> tuple[list[float], list[bool]]:

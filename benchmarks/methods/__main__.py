@@ -92,7 +92,7 @@ def table(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, Any]]:
         solved = sum(run.values["success"] == 1.0 for run in runs)
         record: dict[str, Any] = {"method": name, "runs": len(runs), "solved": solved}
         for metric in METRICS:
-            interval = estimate([run.values[metric] for run in runs], seed=0)
+            interval = estimate([run.values[metric] for run in runs])
             beside = paired(runs, groups[MAIN], metric)
             record[metric] = None if interval is None else interval.words
             record[f"{metric}_p"] = beside._asdict()

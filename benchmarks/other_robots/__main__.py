@@ -1,8 +1,9 @@
-"""`python -m benchmarks.other_robots generate|diagnose|score|all [strata=clean,pairs] [seeds=0-9] [workers=1] ...`.
+"""`python -m benchmarks.other_robots generate|diagnose|score|all|power [strata=clean,pairs] [seeds=0-9] [workers=1]`.
 
 `generate` records one set for each stratum and seed; what is hidden goes to labels/, which only `score` opens.
-`diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results. What is there already is not done
-again. Further settings, with their defaults:
+`diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results. `power` takes sets that were
+diagnosed, records and diagnoses each without its effect, and writes what was said beforehand and what was found. What
+is there already is not done again. Further settings, with their defaults:
 
     root=outputs/bench/other_robots   folder of the sets
     code=.                            folder of the twbal that diagnoses
@@ -26,6 +27,7 @@ from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.diagnosing import timed_diagnosis
+from benchmarks.other_robots.power import POWER_PARTS, said_and_found
 from benchmarks.other_robots.score import judged
 from benchmarks.other_robots.sets import STRATA, Set, sets
 from benchmarks.other_robots.tables import PARTS
@@ -104,9 +106,22 @@ def score(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
     return {"sets": rows}
 
 
+def score_power(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
+    """Of all sets of one effect that were diagnosed with it and without it, what was said and what was found."""
+    rows = []
+    for each in wanted:
+        found, bare = (places.diagnosis(one) / "diagnosis.json" for one in (each, each.bare()))
+        if found.exists() and bare.exists():
+            label = json.loads(places.label(each).read_text())
+            row = judged(label, json.loads(found.read_text()), 0.0)
+            rows.append(said_and_found(row, label, json.loads(bare.read_text())))
+    return {"power": [row for row in rows if row is not None]}
+
+
 def written(results: Mapping[str, Any]) -> str:
     """As JSON with one set a line."""
-    return '{"sets": [\n' + ",\n".join(json.dumps(row) for row in results["sets"]) + "\n]}\n"
+    ((key, rows),) = results.items()
+    return f'{{"{key}": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n"
 
 
 def seeds_of(text: str) -> list[int]:
@@ -125,23 +140,24 @@ def main(words: Sequence[str]) -> None:
     words_for_it = tuple(settings.pop("words", "").split())
     places = Places(Path(root), Path(code), settings.pop("place", "diagnosis"), words_for_it)
     results = Path(settings.pop("results", "benchmarks/results/other_robots.json"))
-    if settings or what not in ("generate", "diagnose", "score", "all") or not set(strata) <= set(STRATA):
+    if settings or what not in ("generate", "diagnose", "score", "all", "power") or not set(strata) <= set(STRATA):
         raise SystemExit(f"{__doc__}\nStrata: {', '.join(STRATA)}.")
-    wanted = sets(strata, seeds)
-    if what in ("generate", "all"):
+    hidden = sets(strata, seeds)
+    wanted = [each.bare() for each in hidden if len(each.effects) == 1] if what == "power" else hidden
+    if what in ("generate", "all", "power"):
         if workers == 1:
             for each in wanted:
                 generate(each, places)
         else:
             with ProcessPoolExecutor(workers) as processes:
                 list(processes.map(partial(generate, places=places), wanted))
-    if what in ("diagnose", "all"):
+    if what in ("diagnose", "all", "power"):
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(partial(diagnose, places=places), wanted))
-    if what in ("score", "all"):
-        found = score(wanted, places)
+    if what in ("score", "all", "power"):
+        found = score_power(hidden, places) if what == "power" else score(wanted, places)
         results.write_text(written(found))
-        for part in PARTS.values():
+        for part in (POWER_PARTS if what == "power" else PARTS).values():
             print("\n".join(part(found)), end="\n\n")
 
 

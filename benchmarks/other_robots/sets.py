@@ -51,6 +51,7 @@ class Set(NamedTuple):
         sensors: "ideal", "real", or the one item of ITEMS that is real.
         effects: what is hidden, with its severity.
         left_out: effects that the diagnosis must do without.
+        is_bare: whether it is recorded without its effects, to ask beforehand what its recordings could show.
     """
 
     stratum: str
@@ -62,11 +63,17 @@ class Set(NamedTuple):
     sensors: str
     effects: dict[str, float]
     left_out: tuple[str, ...]
+    is_bare: bool = False
 
     @property
     def name(self) -> str:
         """Of its folder; says nothing of what is hidden."""
-        return "set_" + hashlib.sha256(f"{self.stratum} {self.seed}".encode()).hexdigest()[:10]
+        words = f"{self.stratum} {self.seed}{' bare' if self.is_bare else ''}"
+        return "set_" + hashlib.sha256(words.encode()).hexdigest()[:10]
+
+    def bare(self) -> "Set":
+        """The same robot, loop and noise without the effects."""
+        return self._replace(effects={}, is_bare=True)
 
     def has(self, item: str) -> bool:
         """Whether an item of its sensors or its loop is real."""

@@ -61,7 +61,7 @@ def test_torques_and_pushes_move_it_as_its_equations_say(joint, outside, push, p
     assert ride.tilt_rate() == pytest.approx(gained[1], rel=0.02)
 
 
-GAP = {"refitted": 2.0, "after": 1.2, "floor": 1.0}
+GAP = {"refitted": 2.0, "after": 1.2, "noise_floor": 1.0}
 
 
 def diagnosis(verdict, names=(), closed=0.9, equivalents=(), parameters=None):

@@ -424,7 +424,9 @@ def test_a_controlled_heading_keeps_within_ten_degrees_of_its_reference_from_fiv
     found = course.verdict()
     assert (found.on_heading, found.succeeded) == (kept, kept)
     assert found.heading_off == pytest.approx(np.radians(degrees) if second >= 5.0 else 0.0)
+    assert found.used == pytest.approx(degrees / 10.0 if second >= 5.0 else 0.0)
     assert course.verdict(heading_limit=None).succeeded
+    assert course.verdict(heading_limit=None).used == 0.0
 
 
 def test_a_heading_that_nothing_controls_is_reported_and_not_judged() -> None:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -207,3 +208,13 @@ def test_rollouts_begin_at_the_motion_that_was_measured(split, seen):
     recording, path = split.kept_back[0], seen.trajectories[0]
     off = path.wheel_angle - recording.measured[:, MEASURED.index("wheel_angle")]
     assert np.abs(np.polyfit(recording.measured[:, 3], off, 1)[0]) < 0.1 * recording.period / SUBSTEPS
+
+
+@pytest.mark.parametrize("count", [4, 5, 7, 9, 20])
+@pytest.mark.parametrize("share", [0.01, 0.1, 0.15, 0.2, 0.25, 0.5, 0.9])
+def test_of_several_recordings_some_are_kept_back_and_some_fitted(count, share):
+    recordings = [SimpleNamespace(name=str(number)) for number in range(count)]
+    split = held_out(recordings, share)
+    assert split.kept_back and split.fitted and not split.are_ends
+    assert len(split.kept_back) + len(split.fitted) == count
+    assert split.names == tuple(recording.name for recording in split.kept_back)

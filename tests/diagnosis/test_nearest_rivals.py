@@ -1,6 +1,11 @@
 """Effects of the same lateness in each other's place, on a recording of the planar model."""
 
+from dataclasses import replace
+
 import pytest
+from conftest import CONF
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
 from synthetic_recordings import synthetic_recording
 from test_likeliest import SETTINGS
 
@@ -50,6 +55,28 @@ def test_a_delay_stays_and_its_rivals_are_weighed(problem):
 def test_nothing_is_tried_where_nothing_is_late(problem):
     before = ended(problem, "viscous_friction")
     assert with_nearest_rivals(problem, before, lambda line: None) is before
+
+
+@pytest.fixture(scope="module")
+def balboa():
+    return instantiate(OmegaConf.load(CONF / "robot/balboa.yaml"))
+
+
+def test_rotors_are_found_where_the_data_sheet_does_their_work(balboa):
+    """The refit ends with another gain, another wheel radius and another height; none of them is off."""
+    share, settings = 0.4, replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=0.15))
+    effects = {"rotor_inertia": {"share": share}}
+    recordings = [synthetic_recording(balboa, effects, seed=s, periods=400, tolerance=0.0) for s in (71, 72)]
+    data, planar = Data(recordings, settings.substeps, largest_noise(balboa), QUIETEST), planar_parameters(balboa, {})
+    start = with_fitted_noise(data, Model(planar, 0.0, first_noise(balboa, data.sensed)))
+    few = [c for c in candidates_for(balboa) if c.name in ("rotor_inertia", "dead_zone")]
+    geared = Problem(data, start, always_free(settings.tolerances, planar, 2), few, settings)
+    base = geared.fit(geared.start, (), 8)
+    assert {"torque_gain", "wheel_radius"} <= set(geared.pulled_values(base))
+    found = with_nearest_rivals(geared, Selection(base, (), base), lambda line: None).chosen
+    assert found.names == ("rotor_inertia",)
+    assert found.fit.model.value("rotor_inertia_share") == pytest.approx(share, rel=0.15)
+    assert not geared.pulled_values(found)
 
 
 def test_friction_without_a_breakaway_is_coulomb_friction(paper):

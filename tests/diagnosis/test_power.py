@@ -7,11 +7,10 @@ from synthetic_recordings import NOISE, synthetic_recording
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import fit_hypothesis
-from twbal.diagnosis.power import detection_power, gains_at, slope_excess
+from twbal.diagnosis.power import detection_power, gains_at
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
-from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
 
@@ -44,24 +43,10 @@ def test_effects_are_found_as_often_as_was_said(paper, name, size):
     for seed in range(ROBOTS):
         _, without = fitted(paper, effects, seed)
         _, present = fitted(paper, effects, seed, (candidate,))
-        found += without.bic - present.bic > -2.0 * TEMPERATURE * LOG_ODDS
+        gain = TEMPERATURE * (without.tempered_bic(TEMPERATURE) - present.tempered_bic(TEMPERATURE))
+        found += gain > -2.0 * TEMPERATURE * LOG_ODDS
     assert 0.2 < said < 0.8
     assert abs(found / ROBOTS - said) < 3.0 * np.sqrt(said * (1.0 - said) / ROBOTS)
-
-
-@pytest.mark.parametrize("channels", [1, 4])
-def test_squared_slopes_exceed_the_gain_by_what_normal_errors_show(channels):
-    """Of a small shift of 100,000 normal errors that were drawn, by the likelihood itself."""
-    rng, shift = np.random.default_rng(5), 0.02
-    errors = np.zeros((100_001, 4))
-    errors[:, :channels] = rng.normal(size=(100_001, channels))
-    moved, back = errors.copy(), errors.copy()
-    moved[:, 0] += shift
-    back[:, 0] -= shift
-    whiteners, usable = np.eye(4)[None], np.ones(len(errors), bool)
-    white, after, before = (whiten(each, usable, whiteners, channels) for each in (errors, moved, back))
-    gain = 0.5 * float((after**2).sum() + (before**2).sum()) - float((white**2).sum())
-    assert slope_excess(channels) == pytest.approx(float(((after - white) ** 2).sum()) / gain, rel=0.02)
 
 
 def test_what_would_gain_without_end_is_sure_to_be_found():
@@ -77,3 +62,40 @@ def test_gains_grow_with_the_square_of_a_size():
 
 def test_a_limit_that_nothing_meets_would_have_gained_nothing():
     np.testing.assert_array_equal(gains_at({1.0: 0.0, 2.0: 0.0, 4.0: 100.0}, np.array([0.5, 2.0, 3.0])), [0, 0, 25.0])
+
+
+def test_what_every_model_has_within_a_tolerance_is_found_beyond_it(paper):
+    """An IMU that is late by less than its timing may be off by is no finding; one that is far later is."""
+    (candidate,) = (each for each in candidates_for(paper) if each.name == "imu_delay")
+    _, base = fitted(paper, {}, 100)
+    data, _ = fitted(paper, {}, 100)
+    scored = score_candidates(data, base.fit, [candidate])
+    (power,) = detection_power(scored, base, data, TEMPERATURE, LOG_ODDS)
+    said = [size.probability for size in power.sizes]
+    assert said == sorted(said)
+    within, beyond = (0.5 * TOLERANCES.imu_timing, 8.0 * TOLERANCES.imu_timing)
+    values = [size.value for size in power.sizes]
+    assert np.interp(within, values, said) < 0.05
+    assert np.interp(beyond, values, said) > 0.95
+    for delay, is_found in ((within, False), (beyond, True)):
+        effects = {"imu_delay": {"delay": delay}}
+        for seed in range(4):
+            _, without = fitted(paper, effects, seed)
+            _, present = fitted(paper, effects, seed, (candidate,))
+            gain = TEMPERATURE * (without.tempered_bic(TEMPERATURE) - present.tempered_bic(TEMPERATURE))
+            assert (gain > -2.0 * TEMPERATURE * LOG_ODDS) == is_found
+
+
+def test_lower_limits_are_larger_effects(paper):
+    (candidate,) = (each for each in candidates_for(paper) if each.name == "torque_saturation")
+    data, base = fitted(paper, {}, 100)
+    (power,) = detection_power(score_candidates(data, base.fit, [candidate]), base, data, TEMPERATURE, LOG_ODDS)
+    values, said = zip(*((size.value, size.probability) for size in power.sizes), strict=True)
+    assert min(values) > 0.0
+    assert list(values) == sorted(values, reverse=True)
+    assert list(said) == sorted(said)
+    assert said[-1] > 0.95
+    largest = float(np.abs(data.recordings[0].commands).max())
+    assert power.least < largest
+    met = [limit < power.least for limit in values]
+    assert [chance > 0.5 for chance in said] == met

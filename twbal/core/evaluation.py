@@ -1,6 +1,6 @@
 """What real trials say about a policy: whether it did what is asked, and at what cost."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from math import ceil, inf
@@ -165,8 +165,8 @@ class TrialVerdict(NamedTuple):
             controlled the heading.
         heading_off: most by which the heading was off that of its reference, from the place step on [rad]; where
             nothing controlled it, off that with which it was put. None where it is not known.
-        used: greatest share of a limit that it used, of those of settled tilt, place and command; infinite where it
-            ended early.
+        used: greatest share of a limit that it used, of those of settled tilt, place, command and heading; infinite
+            where it ended early.
     """
 
     upright: bool
@@ -214,13 +214,20 @@ def judged(episode: Episode, rule: SuccessCriterion) -> TrialVerdict:
         seconds=min(len(episode), rule.steps) * episode.control_period,
         on_heading=None if limit is None else lasted and off is not None and off <= limit,
         heading_off=off,
-        used=_used(float(tilt[rule.settle_step :].max()), farthest, change, rule) if lasted else inf,
+        used=_used((float(tilt[rule.settle_step :].max()), farthest, change, off), rule, limit) if lasted else inf,
     )
 
 
-def _used(tilt: float, farthest: float | None, change: float | None, rule: SuccessCriterion) -> float:
-    """Greatest share of a limit; see `TrialVerdict`."""
-    pairs = ((tilt, rule.settled_tilt_limit), (farthest, rule.place_limit), (change, rule.command_change))
+def _used(values: Sequence[float | None], rule: SuccessCriterion, heading_limit: float | None) -> float:
+    """Greatest share of a limit; see `TrialVerdict`.
+
+    Args:
+        values: tilt, distance, change of the command and heading.
+        rule: with the limits of the first three.
+        heading_limit: None where the heading is not judged.
+    """
+    limits = rule.settled_tilt_limit, rule.place_limit, rule.command_change, heading_limit
+    pairs = zip(values, limits, strict=True)
     return max(value / limit for value, limit in pairs if value is not None and limit is not None)
 
 

@@ -57,8 +57,8 @@ def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) ->
             side = np.where(values > np.median(values), 0.5, -0.5)
             A = np.column_stack([J, J[:, column] * np.repeat(side, 4)])
             H = np.zeros((len(free_parameters) + 1,) * 2)
-            H[:-1, :-1] = curvature(free_parameters, J) - J.T @ J
-            H += A.T @ A
+            H[:-1, :-1] = curvature(free_parameters, J[:0])
+            H += A.T @ A / data.slope_excess
             covariance, gradient = np.linalg.pinv(H), A.T @ white
             gradient[:-1] += pull
             difference = float(-(covariance @ gradient)[-1])

@@ -107,6 +107,7 @@ class Pooled:
         curvature: (P, P) of the prior.
         pull: (P,) half the slope of the prior's cost.
         blocks: of the errors of each recording.
+        excess: as of `Data.slope_excess`.
     """
 
     model: Model
@@ -115,6 +116,7 @@ class Pooled:
     curvature: Array
     pull: Array
     blocks: Sequence[Sequence[slice]]
+    excess: float = 1.0
 
     def difference(self, number: int, value: SharedValue, left: Sequence[int]) -> ValueDifference:
         """Of a value in one recording from the others among those that are left."""
@@ -128,7 +130,7 @@ class Pooled:
                 own = value.slope[block] if k == number else np.zeros(block.stop - block.start)
                 A = np.column_stack([self.J[block], own])
                 pulls.append(A.T @ self.white[block])
-                H += A.T @ A
+                H += A.T @ A / self.excess
             parts[k] = np.array(pulls)
             gradient += parts[k].sum(axis=0)
         row = np.linalg.pinv(H, hermitian=True)[-1]
@@ -247,7 +249,8 @@ def _pooled(data: Data, fit: Fit) -> Pooled:
     J = slopes(data, model, fit.kalman, free_parameters, white)
     ends = np.cumsum([0, *(len(recording) for recording in data.recordings)])
     blocks = [_blocks(begin, end, data.period) for begin, end in pairwise(ends.tolist())]
-    return Pooled(model, J, white, curvature(free_parameters, J[:0]), prior_slopes(free_parameters, model), blocks)
+    prior, pull = curvature(free_parameters, J[:0]), prior_slopes(free_parameters, model)
+    return Pooled(model, J, white, prior, pull, blocks, data.slope_excess)
 
 
 def _blocks(begin: int, end: int, period: float) -> list[slice]:

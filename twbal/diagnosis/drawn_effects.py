@@ -28,7 +28,8 @@ def drawn_effects(data: Data, hypothesis: FittedHypothesis, effects: Effects, bl
         blocks: into which the data are cut, as of `standard_errors`.
     """
     fit, found = hypothesis.fit, []
-    for values in drawn_values(fit, slopes_of(data, fit), blocks, hypothesis.temperature, WHEELS, _DRAWS):
+    J, excess = slopes_of(data, fit), data.slope_excess
+    for values in drawn_values(fit, J, blocks, hypothesis.temperature, WHEELS, _DRAWS, excess):
         drawn = {name: dict(parameters) for name, parameters in effects.items()}
         for field, factor in DATA_SHEET.items():
             if field in values:

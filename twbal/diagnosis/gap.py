@@ -15,7 +15,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import Effects, FilterResult
-from twbal.diagnosis.record import Gap
+from twbal.diagnosis.record import FLAT, Gap
 from twbal.diagnosis.rollouts_from_recordings import (
     Replay,
     RolloutInputs,
@@ -29,7 +29,6 @@ from twbal.sim.replay import ReplayStart
 from twbal.sysid.recording import MEASURED, Recording
 
 _FLOOR_STARTS = 12  # from which the floor is found
-_FLAT = 0.1  # share of the floor by which `before` must exceed it for a share of the gap to mean anything
 
 
 class Models(NamedTuple):
@@ -80,12 +79,13 @@ def measure_gaps(
     for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
             before, middle, after = (_rms(each.errors[:, steps, i]) for each in (nominal, refitted, named))
-            least = min(float(floor[steps, i]), after)
-            closed = (before - after) / (before - least) if before > (1.0 + _FLAT) * least else None
             horizon = steps * recordings[0].period
             better = nominal if before < middle else refitted
             excess = _excess(named.errors[:, steps, i], better.errors[:, steps, i])
-            gaps.append(Gap(MEASURED[i], horizon, before, middle, after, least, closed, float(floor[steps, i]), excess))
+            noise_floor = float(floor[steps, i])
+            closed = (before - after) / (before - noise_floor) if before > (1.0 + FLAT) * noise_floor else None
+            least = min(noise_floor, after)
+            gaps.append(Gap(MEASURED[i], horizon, before, middle, after, least, closed, noise_floor, excess))
     if not models.drawn or all(gap.is_near_floor(gap.after) for gap in gaps):
         return tuple(gaps)
     by_values = _parameter_floor(models, named, replay, given.ahead(stretches.ahead))

@@ -71,6 +71,10 @@ class FittedHypothesis(NamedTuple):
         """Cost and penalty."""
         return self.fit.cost + self.bic_penalty
 
+    def tempered_bic(self, temperature: float) -> float:
+        """The same over a temperature, by which all but the prior of its values is divided: `Fit.tempered_cost`."""
+        return self.fit.tempered_cost(temperature) + self.bic_penalty / temperature
+
     @property
     def autocorrelation(self) -> float:
         """Residual autocorrelation of the channels together; at least 1."""

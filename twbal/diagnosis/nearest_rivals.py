@@ -8,14 +8,34 @@ An effect may be a special case of another: Stribeck friction without a breakawa
 the special case ended short, the other one takes its place, and comes to the same values.
 
 So these are fitted with the time, or the values, of the one that was found.
+
+Likewise, values of the data sheet may do the work of an effect: rotors that turn with the gears look like another wheel
+radius and another height of the centre of mass. From values that are far off, no small step leads to the effect. So it
+is fitted with the data sheet as it was.
 """
 
 from collections.abc import Callable, Mapping
+from typing import NamedTuple
 
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round
 from twbal.diagnosis.problem import Problem, Selection
+
+
+class _Rival(NamedTuple):
+    """An effect that may take the place of another, or of what values of the data sheet do.
+
+    Attributes:
+        out: the other one; None: of values of the data sheet.
+        other: the effect.
+        begin: values that a fit with it begins with, by field.
+    """
+
+    out: Candidate | None
+    other: Candidate
+    begin: Mapping[str, float]
 
 
 def with_nearest_rivals(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
@@ -28,20 +48,20 @@ def with_nearest_rivals(problem: Problem, selection: Selection, progress: Callab
     """
     chosen = selection.chosen
     tried = [
-        (out, other, begin)
+        _Rival(out, other, {**out.none, **begin})
         for out in chosen.effects
         for other in problem.beside(chosen, out)
         if (begin := _begin(chosen, out, other))
     ]
+    tried += _in_place_of_the_sheet(problem, chosen)
     if not tried:
         return selection
 
-    def fit(task: tuple[Candidate, Candidate, Mapping[str, float]]) -> FittedHypothesis:
-        out, other, begin = task
-        model = chosen.fit.model.put({**out.none, **begin})
-        return problem.fit(model, [*(c for c in chosen.candidates if c is not out), other], FULL_ROUNDS)
+    def fit(rival: _Rival) -> FittedHypothesis:
+        rest = [c for c in chosen.candidates if c is not rival.out]
+        return problem.fit(chosen.fit.model.put(rival.begin), [*rest, rival.other], FULL_ROUNDS)
 
-    progress(f"trying {', '.join(dict.fromkeys(other.name for _, other, _ in tried))} with the values of the others")
+    progress(f"trying {', '.join(dict.fromkeys(rival.other.name for rival in tried))} with the values of the others")
     fitted = sorted(in_threads(fit, tried), key=lambda w: w.bic)
     is_better = fitted[0].bic < chosen.bic - ALIKE and problem.is_sound(fitted[0], selection.base)
     rounds = (*selection.rounds, Round(chosen, [], fitted))
@@ -57,6 +77,17 @@ def _begin(chosen: FittedHypothesis, out: Candidate, other: Candidate) -> dict[s
     own = {(p.name, p.unit): other.field(p) for p in other.parameters}
     is_special_case = other.name in out.hard_to_tell_from and own.keys() < known.keys()
     return {field: known[key] for key, field in own.items()} if is_special_case else {}
+
+
+def _in_place_of_the_sheet(problem: Problem, chosen: FittedHypothesis) -> list[_Rival]:
+    """Effects that do nearly the same as values of the data sheet that the set pulls out of their tolerances."""
+    pulled = set(problem.pulled_values(chosen))
+    sheet = {free.field: free.mean for free in problem.always if free.field in (*DATA_SHEET, *WHEELS)}
+    return [
+        _Rival(None, other, {**sheet, **{other.field(p): p.start for p in other.parameters}})
+        for other in problem.beside(chosen)
+        if not other.in_data_sheet and pulled.intersection(other.hard_to_tell_from)
+    ]
 
 
 def _is_time(candidate: Candidate) -> bool:

@@ -161,8 +161,13 @@ def may_be_a_finding(chosen: FittedHypothesis, settings: Settings) -> bool:
 
 def pulls_the_data_sheet(chosen: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set needs a value of the data sheet that it does not name out of its tolerance."""
-    shifts = [shift for shift in shifts_of(chosen, settings) if shift.name not in chosen.names]
-    return bool(_bounded_values(chosen)) or any(abs(shift.sigmas) > _PULLED for shift in shifts)
+    return bool(_bounded_values(chosen) or pulled_values(chosen, settings))
+
+
+def pulled_values(chosen: FittedHypothesis, settings: Settings) -> list[str]:
+    """Values of the data sheet that a set needs out of their tolerances and does not name, as their effects' names."""
+    shifts = shifts_of(chosen, settings)
+    return [shift.name for shift in shifts if shift.name not in chosen.names and abs(shift.sigmas) > _PULLED]
 
 
 def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:

@@ -9,10 +9,9 @@ quasi-likelihood). The effect is found where it gains so much that the set with 
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 
 import numpy as np
-from scipy.stats import chi2, ncx2
+from scipy.stats import ncx2
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
@@ -20,11 +19,11 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, bic_penalty
 from twbal.diagnosis.power_record import DetectionPower, SizePower
 from twbal.diagnosis.record import LIKELY
 from twbal.diagnosis.score_test import ScoredCandidate
-from twbal.sysid.likelihood import TAIL
 from twbal.sysid.model import Data
 
 _SIZES = (1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1.0, 2.0)
-"""Shares of the usual size for which the probability is said, as a rule."""
+_LIMITS = (1 / 4, 1 / 2, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+"""Shares of the usual size for which the probability is said; of a limit, the usual value over its own."""
 
 _SURE = 0.8
 """Probability of the least size that is said: a usual one in the design of experiments."""
@@ -39,7 +38,7 @@ def detection_power(
     data: Data,
     temperature: float,
     log_odds: float,
-    shares: Sequence[float] = _SIZES,
+    shares: Sequence[float] = (),
 ) -> tuple[DetectionPower, ...]:
     """Of each effect beside a set, the probability that it would have been found, had it been there.
 
@@ -49,29 +48,32 @@ def detection_power(
         data: recordings.
         temperature: by which log likelihood ratios of sets are divided.
         log_odds: of a set with one more effect, before anything was recorded.
-        shares: of the usual size, for which the probability is said.
+        shares: of the usual size, for which the probability is said; of none, those that are usual.
     """
-    found, per_gain = [], beside.autocorrelation * slope_excess(int(data.sensed.sum()))
+    found, per_gain = [], beside.autocorrelation * data.slope_excess
     for each in scored:
-        if each.candidate.in_data_sheet or not each.detectable:
+        if each.candidate.in_data_sheet or not each.changes.squares:
             continue
+        gains = each.changes.gains(temperature)
         asked = bic_penalty([each.candidate], data.count) - 2.0 * temperature * log_odds
         asked /= beside.autocorrelation
-        sizes = np.geomspace(_FINEST, max(each.detectable), _GRID)
-        chances = _chances(each.candidate, gains_at(each.detectable, sizes) / per_gain, asked)
+        sizes = np.geomspace(_FINEST, max(gains), _GRID)
+        chances = _chances(each.candidate, gains_at(gains, sizes) / per_gain, asked)
         enough = np.flatnonzero(chances >= _SURE)
         least = float(sizes[enough[0]]) if len(enough) else None
-        said = _chances(each.candidate, gains_at(each.detectable, np.array(shares)) / per_gain, asked)
+        these = shares or (_LIMITS if each.candidate.parameters[0].is_limit else _SIZES)
+        ways = np.array([way_to(each.candidate, value_at(each.candidate, share)) for share in these])
+        said = _chances(each.candidate, gains_at(gains, ways) / per_gain, asked)
         found.append(
             DetectionPower(
                 name=each.candidate.name,
                 parameter=each.candidate.parameters[0].name,
                 unit=each.candidate.parameters[0].unit,
                 usual=value_at(each.candidate, 1.0),
-                least=None if least is None else value_at(each.candidate, least),
+                least=None if least is None else _value_on_way(each.candidate, least),
                 sizes=tuple(
                     SizePower(share, value_at(each.candidate, share), float(chance))
-                    for share, chance in zip(shares, said, strict=True)
+                    for share, chance in zip(these, said, strict=True)
                 ),
             )
         )
@@ -83,50 +85,37 @@ def unseen(powers: Sequence[DetectionPower]) -> list[DetectionPower]:
     return [power for power in powers if power.at_usual < LIKELY]
 
 
-def gains_at(detectable: Mapping[float, float], sizes: Array) -> Array:
+def gains_at(known_gains: Mapping[float, float], sizes: Array) -> Array:
     """Gain in -2 log likelihood of an effect of each size: its square root is linear between sizes that are known.
 
     Beyond the largest of them it goes on as to first order.
 
     Args:
-        detectable: gain by size, as of `ScoredCandidate`.
+        known_gains: by size, as of `SizeChanges.gains`.
         sizes: as shares of the usual size.
     """
-    known, gains = np.array([(0.0, 0.0), *sorted(detectable.items())]).T
+    known, gains = np.array([(0.0, 0.0), *sorted(known_gains.items())]).T
     roots, last = np.sqrt(np.clip(gains, 0.0, _BOUND)), known[-1]
     return np.asarray(np.where(sizes <= last, np.interp(sizes, known, roots), roots[-1] * sizes / last) ** 2)
 
 
 def value_at(candidate: Candidate, share: float) -> float:
-    """Value of an effect's first parameter at a share of its usual size."""
+    """Value of an effect's first parameter at a share of its usual size: a limit of twice the size is half as high."""
     first = candidate.parameters[0]
-    return float(first.none + share * (first.start - first.none))
+    return float(first.start / share) if first.is_limit else _value_on_way(candidate, share)
+
+
+def way_to(candidate: Candidate, value: float) -> float:
+    """How far a value of the first parameter is on the way from none to the usual one, and beyond it."""
+    first = candidate.parameters[0]
+    return (value - first.none) / (first.start - first.none)
+
+
+def _value_on_way(candidate: Candidate, way: float) -> float:
+    first = candidate.parameters[0]
+    return float(first.none + way * (first.start - first.none))
 
 
 def _chances(candidate: Candidate, gains: Array, asked: float) -> Array:
     """Probabilities that effects with such mean gains gain more than is asked for; all over the autocorrelation."""
     return np.asarray(ncx2.sf(asked, len(candidate.parameters), np.minimum(gains, _LARGEST)))
-
-
-@cache
-def slope_excess(channels: int) -> float:
-    """By how much the squared slope of whitened errors exceeds the mean curvature of -2 log likelihood.
-
-    Errors are weighted as of Student's t, and the squared slope of what is weighted so is more than the curvature where
-    the noise is normal: by 19, 23 or 27 % for two, three or four channels.
-    """
-
-    def squared_slope(s: Array) -> Array:
-        """Of r √(ρ(s) / s) by r, for s = |r|², over directions."""
-        rho, slope = (TAIL + channels) * np.log1p(s / (TAIL - 2.0)), (TAIL + channels) / (TAIL - 2.0 + s)
-        scale = np.sqrt(rho / s)
-        bend = (slope / s - rho / s**2) / (2.0 * scale)
-        return np.asarray(scale**2 + 4.0 * scale * bend * s / channels + 4.0 * bend**2 * s**2 / channels)
-
-    def curvature(s: Array) -> Array:
-        """Half of that of ρ(|r|²), over directions."""
-        slope = (TAIL + channels) / (TAIL - 2.0 + s)
-        return np.asarray(slope - 2.0 * slope * s / (channels * (TAIL - 2.0 + s)))
-
-    expected = chi2(channels).expect
-    return float(expected(squared_slope) / expected(curvature))

@@ -7,7 +7,7 @@ class SizePower(NamedTuple):
     """The probability that an effect of one size would have been found.
 
     Attributes:
-        share: of its usual size.
+        share: of its usual size; of a limit, the usual value over its own.
         value: of its first parameter.
         probability: that it would have been found.
     """

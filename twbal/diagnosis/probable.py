@@ -180,7 +180,7 @@ def estimates(
 ) -> dict[str, dict[str, Estimate]]:
     """Parameters of effects of a fitted set with their 95 % intervals, by effect and parameter."""
     slopes = slopes_of(data, hypothesis.fit)
-    errors = standard_errors(hypothesis.fit, slopes, settings.blocks, hypothesis.temperature)
+    errors = standard_errors(hypothesis.fit, slopes, settings.blocks, hypothesis.temperature, data.slope_excess)
     by_field = dict(zip([free.field for free in hypothesis.fit.free_parameters], errors.tolist(), strict=True))
     found: dict[str, dict[str, Estimate]] = {}
     for candidate in candidates:

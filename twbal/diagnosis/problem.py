@@ -15,6 +15,7 @@ from twbal.diagnosis.hypothesis import (
     fit_hypothesis,
     may_hide_a_filter,
 )
+from twbal.diagnosis.objections import pulled_values
 from twbal.diagnosis.settings import Settings
 from twbal.planar.robot_distribution import TILT_FILTER
 from twbal.sysid.model import Data, FreeParameter, Model
@@ -202,6 +203,10 @@ class Problem(NamedTuple):
         """
         gain = base.bic - hypothesis.bic
         return not base.effects or gain >= self.settings.thresholds.min_gain_share * (first.bic - base.bic)
+
+    def pulled_values(self, hypothesis: FittedHypothesis) -> list[str]:
+        """As of `pulled_values`."""
+        return pulled_values(hypothesis, self.settings)
 
     def is_sound(self, hypothesis: FittedHypothesis, base: FittedHypothesis) -> bool:
         """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""

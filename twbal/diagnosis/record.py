@@ -37,8 +37,8 @@ LISTED = 0.02
 LIKELY = 0.5
 """Probability from which on an effect is more likely missing than not."""
 
-
-_FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
+FLAT = 0.1
+"""Share of the noise floor by which a gap must exceed it for a share of the gap to mean anything."""
 
 
 class Verdict(StrEnum):
@@ -202,7 +202,8 @@ class Gap(NamedTuple):
         refitted: by the data sheet refitted within its tolerances.
         after: with what was named, or is the likeliest (`Diagnosis.added`).
         floor: what sensor noise alone would leave, but `after` where that is less.
-        closed: share of before - floor that is closed; None where before is within 10 % of the floor.
+        closed: share of before - noise_floor that is closed, not clipped: more than 1 where `after` is below the noise
+            floor. None where before is within 10 % of the noise floor.
         noise_floor: what sensor noise alone would leave if the simulation of `after` were right.
         excess: mean square of `after` less that of the better of `before` and `refitted`, in standard errors of the
             difference of rollouts from the same start.
@@ -284,7 +285,7 @@ class Gap(NamedTuple):
         return self.channel != "tilt" or error <= EXPLAINED * self.expected
 
     def _share(self, change: float) -> float | None:
-        known = self.before > (1.0 + _FLAT) * self.noise_floor
+        known = self.before > (1.0 + FLAT) * self.noise_floor
         return change / (self.before - self.noise_floor) if known else None
 
 

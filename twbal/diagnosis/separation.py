@@ -44,7 +44,7 @@ class Prior(NamedTuple):
 def prior_of(data: Data, fit: Fit) -> Prior:
     """The curvature of a fit's cost, the offsets of the first recordings marginalised (Schur complement)."""
     J = slopes(data, fit.model, fit.kalman, fit.free_parameters, fit.white)
-    H = curvature(fit.free_parameters, J)
+    H = curvature(fit.free_parameters, J, data.slope_excess)
     own = np.array([isinstance(free.field, LogOffset) for free in fit.free_parameters])
     H = H + _RIDGE * np.diag(np.diag(H))
     shared = H[np.ix_(~own, ~own)]

@@ -28,5 +28,5 @@ class RotorInertia(DriveEffect):
         "B. Siciliano, L. Sciavicco, L. Villani, G. Oriolo: Robotics - Modelling, Planning and Control, Springer, 2009."
     )
     is_linear = True
-    nearly_same_as = ("body_inertia", "com_height")
+    nearly_same_as = ("body_inertia", "com_height", "torque_gain", "wheel_radius")
     separate_by = "Turn a wheel by hand with the motors off, the body held."

@@ -32,10 +32,10 @@ class Split(NamedTuple):
 def held_out(recordings: Sequence[Recording], share: float) -> Split:
     """Keep about a share of the recordings back.
 
-    Of four and more, whole ones are kept back, spread evenly; of fewer, the end of each.
+    Of four and more, whole ones are kept back, spread evenly, and no fewer than one; of fewer, the end of each.
     """
     if len(recordings) >= _WHOLE:
-        every = max(2, round(1 / share))
+        every = min(max(2, round(1 / share)), len(recordings))
         back = [recording for i, recording in enumerate(recordings) if i % every == every - 1]
         fitted = [recording for recording in recordings if recording not in back]
         return Split(tuple(fitted), tuple(back), tuple(recording.name for recording in back), are_ends=False)

@@ -26,11 +26,17 @@ def _parts(count: int, blocks: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def curvature(free_parameters: Sequence[FreeParameter], J: Array) -> Array:
-    """Half the second derivatives of a fit's cost, (P, P), from the slopes (N, P) and the priors."""
+def curvature(free_parameters: Sequence[FreeParameter], J: Array, excess: float = 1.0) -> Array:
+    """Half the second derivatives of a fit's cost, (P, P), from the slopes (N, P) and the priors.
+
+    Args:
+        free_parameters: with their priors.
+        J: slopes of the whitened errors.
+        excess: by how much products of these slopes exceed the curvature (`slope_excess.slope_excess`).
+    """
     sds = np.array([free.sd for free in free_parameters])
     ranges = np.array([free.high - free.low for free in free_parameters])
-    H: Array = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / ranges**2)
+    H: Array = J.T @ J / excess + np.diag(1.0 / sds**2 + _RIDGE / ranges**2)
     return H
 
 
@@ -41,7 +47,7 @@ def prior_slopes(free_parameters: Sequence[FreeParameter], model: Model) -> Arra
     return np.asarray((values - means) / sds**2)
 
 
-def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -> Array:
+def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0, excess: float = 1.0) -> Array:
     """Standard errors of the free values, (P,): of the curvature or of the sandwich, whichever is larger.
 
     Args:
@@ -49,9 +55,10 @@ def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -
         J: (N, P), slopes of its whitened errors.
         blocks: into which the data are cut.
         temperature: of a power likelihood, by the square root of which the fit's priors are narrower than they are.
+        excess: as of `curvature`.
     """
     free_parameters = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.free_parameters]
-    inverse = inverse_of(curvature(free_parameters, J))
+    inverse = inverse_of(curvature(free_parameters, J, excess))
     pulls = np.array([J[part].T @ fit.white[part] for part in _parts(len(fit.white), blocks)])  # (B, P)
     pulls -= pulls.mean(axis=0)
     spread = pulls.T @ pulls * blocks / (blocks - 1)
@@ -60,7 +67,7 @@ def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -
 
 
 def drawn_values(
-    fit: Fit, J: Array, blocks: int, temperature: float, held: Collection[Field], count: int
+    fit: Fit, J: Array, blocks: int, temperature: float, held: Collection[Field], count: int, excess: float = 1.0
 ) -> list[dict[Field, float]]:
     """Values of a fit drawn from what the data leave open about them, within their bounds.
 
@@ -68,16 +75,16 @@ def drawn_values(
     does those of `standard_errors`.
 
     Args:
-        fit, J, blocks, temperature: as of `standard_errors`.
+        fit, J, blocks, temperature, excess: as of `standard_errors`.
         held: fields that stay as they are; the others are drawn given these.
         count: of the draws; the same each time.
     """
     free_parameters = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.free_parameters]
-    alone = np.sqrt(np.diag(inverse_of(curvature(free_parameters, J))))
-    enlarged = standard_errors(fit, J, blocks, temperature) / alone
+    alone = np.sqrt(np.diag(inverse_of(curvature(free_parameters, J, excess))))
+    enlarged = standard_errors(fit, J, blocks, temperature, excess) / alone
     open_ones = [i for i, free in enumerate(free_parameters) if free.field not in held]
     moving = [free_parameters[i] for i in open_ones]
-    covariance = inverse_of(curvature(moving, J[:, open_ones]))
+    covariance = inverse_of(curvature(moving, J[:, open_ones], excess))
     sds = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(sds, sds))
     normals = np.random.default_rng(0).standard_normal((count, len(moving)))

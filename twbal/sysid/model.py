@@ -17,6 +17,7 @@ from twbal.sysid.likelihood import robustify, whiten
 from twbal.sysid.noise import LASTING, UNSENSED, NoiseModel, discrepancy_penalty
 from twbal.sysid.noise_fit import fit_noise
 from twbal.sysid.recording import Recording
+from twbal.sysid.slope_excess import slope_excess
 
 ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of `PlanarParameters`: time by which measured angles run ahead [s]."""
@@ -194,6 +195,11 @@ class Data:
     def sensed(self) -> Mask:
         """(4,) which channels were measured."""
         return self.recordings[0].sensed
+
+    @property
+    def slope_excess(self) -> float:
+        """By how much products of the whitened errors' slopes exceed the curvature of the likelihood."""
+        return slope_excess(int(self.sensed.sum()))
 
     @cached_property
     def resolution(self) -> Array:

@@ -285,7 +285,7 @@ def _free(prior: RobotDistribution) -> list[FreeParameter]:
 
 def _covariance(data: Data, fit: Fit, prior: RobotDistribution) -> Array:
     J = slopes_of(data, fit)
-    found: Array = np.linalg.inv(J.T @ J + np.linalg.inv(prior.covariance))
+    found: Array = np.linalg.inv(J.T @ J / data.slope_excess + np.linalg.inv(prior.covariance))
     late = prior.fields.index(_DELAY)
     found[late, late] = min(found[late, late] + (_DELAY_SD * data.period) ** 2, prior.covariance[late, late])
     balance = prior.fields.index(_BALANCE)

@@ -11,6 +11,7 @@ from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
 from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
 from twbal.sysid.noise import NoiseModel
+from twbal.sysid.normal_equations import solve_normal
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
@@ -28,6 +29,7 @@ class Fit(NamedTuple):
         cost: -2 log likelihood and log prior, but for a constant; of `descend`, without the filter's determinants.
         kalman: the filter that made its prediction errors: that of the model which this fit began from.
         white: whitened prediction errors, flat (N,).
+        information: (P, P) of the errors about what is free, JᵀJ, before the last step; None where none was taken.
     """
 
     model: Model
@@ -35,11 +37,28 @@ class Fit(NamedTuple):
     cost: float
     kalman: Filter
     white: Array
+    information: Array | None = None
 
     @property
     def values(self) -> Array:
         """(P,) fitted values."""
         return np.array([self.model.value(free.field) for free in self.free_parameters])
+
+    def tempered_cost(self, temperature: float) -> float:
+        """The lowest -2 log posterior for a likelihood to the power of one over the temperature, to first order.
+
+        Such a likelihood pulls less on what has a prior. With the values v and the prior's means m, precisions P, the
+        optimum is lower than the cost at v by gᵀ (H / T + P)⁻¹ g, where g = (1 - 1 / T) P (v - m) and H = JᵀJ: at v the
+        slopes of likelihood and prior cancel.
+        """
+        prior = penalty(self.free_parameters, self.values)
+        here = (self.cost - prior) / temperature + prior
+        if self.information is None or not np.isfinite(here):
+            return here
+        means, sds = (np.array([getattr(free, name) for free in self.free_parameters]) for name in ("mean", "sd"))
+        pull = (1.0 - 1.0 / temperature) * (self.values - means) / sds**2
+        lower = float(pull @ solve_normal(self.information / temperature + np.diag(1.0 / sds**2), pull))
+        return here - min(max(lower, 0.0), prior)
 
 
 def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
@@ -115,12 +134,14 @@ def descend(
     white = data.white(model, kalman)
     best = _cost(white, free_parameters, x)
     damping, begin = _FIRST_DAMPING, 0 if known is None else known.shape[1]
+    information = None
     for _ in range(iterations):
         J = slopes(data, model, kalman, free_parameters[begin:], white)
         J = J if known is None else np.hstack([known, J])
         if not np.isfinite(J).all():  # predictions diverge, here or a nudge from here
             break
-        H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
+        information = J.T @ J
+        H = information + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
         gradient = J.T @ white + (x - means) / sds**2
         gained = 0.0
         while damping < _LAST_DAMPING:
@@ -137,7 +158,7 @@ def descend(
                 break
         if gained < _SETTLED:
             break
-    return Fit(model, tuple(free_parameters), best, kalman, white)
+    return Fit(model, tuple(free_parameters), best, kalman, white, information)
 
 
 def _cost(white: Array, free_parameters: Sequence[FreeParameter], x: Array) -> float:

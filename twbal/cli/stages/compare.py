@@ -67,7 +67,7 @@ def main(cfg: DictConfig) -> None:
 
 def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Settings) -> list[Path]:
     """Print and write tables, figure and page of what runs came to."""
-    table = rows(groups, settings.seed)
+    table = rows(groups)
     names = list(dict.fromkeys(key for row in table for key in row))
     figure = comparison_figure(groups)
     drawn = svg(figure)
