@@ -93,3 +93,19 @@ def test_friction_without_a_breakaway_is_coulomb_friction(paper):
     assert found.bic < before.chosen.bic
     assert found.fit.model.value("coulomb_friction_torque") == pytest.approx(torque, rel=0.15)
     assert found.fit.model.value("stribeck_friction_torque") == 0.0
+
+
+def test_dry_friction_that_bends_takes_the_place_of_a_viscous_one(paper):
+    """Of a robot that hardly moves, viscous friction explains more than dry friction alone, and less than both."""
+    hidden = {"rolling_resistance": {"torque": 0.25}, "presliding": {"angle": 0.02}}
+    recordings = [synthetic_recording(paper, hidden, seed=s, periods=400, still=True, tolerance=0.0) for s in (74, 75)]
+    data, planar = Data(recordings, SETTINGS.substeps, largest_noise(paper), QUIETEST), planar_parameters(paper, {})
+    start = with_fitted_noise(data, Model(planar, 0.0, first_noise(paper, data.sensed)))
+    few = [c for c in candidates_for(paper) if c.name in (*hidden, "rolling_viscous")]
+    bending = Problem(data, start, always_free(SETTINGS.tolerances, planar, 2), few, SETTINGS)
+    before, dry = ended(bending, "rolling_viscous"), ended(bending, "rolling_resistance").chosen
+    assert before.chosen.bic < dry.bic
+    found = with_nearest_rivals(bending, before, lambda line: None).chosen
+    assert found.names == ("presliding", "rolling_resistance")
+    assert found.bic < before.chosen.bic
+    assert found.fit.model.value("rolling_resistance_torque") == pytest.approx(0.25, rel=0.2)

@@ -216,7 +216,10 @@ def _search(problem: Problem, base: FittedHypothesis, extent: Extent, progress: 
         selection = selection._replace(rounds=again.rounds) if is_kept and again.chosen.at_bound else again
     larger = grown(problem, selection, progress)
     selection = larger if larger.chosen is selection.chosen else exchanged(problem, larger, progress)
-    selection = with_nearest_rivals(problem, selection, progress)
+    nearest = with_nearest_rivals(problem, selection, progress)
+    if nearest.chosen is not selection.chosen:
+        nearest = exchanged(problem, grown(problem, nearest, progress), progress)
+    selection = nearest
     selection = with_likeliest(problem, selection, probabilities(selection, settings), progress).best_fitted
     return without_untenable(problem, selection, extent, partial(may_be_a_finding, settings=settings), progress)
 

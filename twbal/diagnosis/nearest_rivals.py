@@ -12,6 +12,10 @@ So these are fitted with the time, or the values, of the one that was found.
 Likewise, values of the data sheet may do the work of an effect: rotors that turn with the gears look like another wheel
 radius and another height of the centre of mass. From values that are far off, no small step leads to the effect. So it
 is fitted with the data sheet as it was.
+
+And an effect may come with another that acts on it. Dry friction bends before it slides, and where a robot moves little
+that looks more like viscous friction than like dry friction alone. So both are fitted together in the place of what is
+nearly the same as the first of them.
 """
 
 from collections.abc import Callable, Mapping
@@ -25,16 +29,16 @@ from twbal.diagnosis.problem import Problem, Selection
 
 
 class _Rival(NamedTuple):
-    """An effect that may take the place of another, or of what values of the data sheet do.
+    """What may take the place of an effect, or of what values of the data sheet do.
 
     Attributes:
-        out: the other one; None: of values of the data sheet.
-        other: the effect.
-        begin: values that a fit with it begins with, by field.
+        out: the effect; None: of values of the data sheet.
+        others: one effect, or two of which the second acts on the first.
+        begin: values that a fit with them begins with, by field.
     """
 
     out: Candidate | None
-    other: Candidate
+    others: tuple[Candidate, ...]
     begin: Mapping[str, float]
 
 
@@ -48,20 +52,21 @@ def with_nearest_rivals(problem: Problem, selection: Selection, progress: Callab
     """
     chosen = selection.chosen
     tried = [
-        _Rival(out, other, {**out.none, **begin})
+        _Rival(out, (other,), {**out.none, **begin})
         for out in chosen.effects
         for other in problem.beside(chosen, out)
         if (begin := _begin(chosen, out, other))
     ]
-    tried += _in_place_of_the_sheet(problem, chosen)
+    tried += [*_in_place_of_the_sheet(problem, chosen), *_with_what_acts_on_them(problem, chosen)]
     if not tried:
         return selection
 
     def fit(rival: _Rival) -> FittedHypothesis:
         rest = [c for c in chosen.candidates if c is not rival.out]
-        return problem.fit(chosen.fit.model.put(rival.begin), [*rest, rival.other], FULL_ROUNDS)
+        return problem.fit(chosen.fit.model.put(rival.begin), [*rest, *rival.others], FULL_ROUNDS)
 
-    progress(f"trying {', '.join(dict.fromkeys(rival.other.name for rival in tried))} with the values of the others")
+    names = dict.fromkeys(other.name for rival in tried for other in rival.others)
+    progress(f"trying {', '.join(names)} in the place of what does nearly the same")
     fitted = sorted(in_threads(fit, tried), key=lambda w: w.bic)
     is_better = fitted[0].bic < chosen.bic - ALIKE and problem.is_sound(fitted[0], selection.base)
     rounds = (*selection.rounds, Round(chosen, [], fitted))
@@ -84,10 +89,26 @@ def _in_place_of_the_sheet(problem: Problem, chosen: FittedHypothesis) -> list[_
     pulled = set(problem.pulled_values(chosen))
     sheet = {free.field: free.mean for free in problem.always if free.field in (*DATA_SHEET, *WHEELS)}
     return [
-        _Rival(None, other, {**sheet, **{other.field(p): p.start for p in other.parameters}})
+        _Rival(None, (other,), {**sheet, **_starts(other)})
         for other in problem.beside(chosen)
         if not other.in_data_sheet and pulled.intersection(other.hard_to_tell_from)
     ]
+
+
+def _with_what_acts_on_them(problem: Problem, chosen: FittedHypothesis) -> list[_Rival]:
+    """Effects that do nearly the same as one of the set, each with another one that acts on it."""
+    return [
+        _Rival(out, (other, second), {**out.none, **_starts(other), **_starts(second)})
+        for out in chosen.effects
+        for other in problem.beside(chosen, out)
+        for second in problem.candidates
+        if other.name in out.hard_to_tell_from and other.name in second.acts_on and second.name not in chosen.names
+    ]
+
+
+def _starts(candidate: Candidate) -> dict[str, float]:
+    """Where an effect begins, by field."""
+    return {candidate.field(p): p.start for p in candidate.parameters}
 
 
 def _is_time(candidate: Candidate) -> bool:
