@@ -77,13 +77,13 @@ DIGITS = """
 import hashlib
 import numpy as np
 from twbal.models.moments.kernel_sum import KernelSum
-from twbal.models.moments.moment_prediction import predict
-from twbal.models.moments.truncation import Truncation
+from twbal.models.moments.moment_prediction import predict_by_series
+from twbal.models.moments.truncation import Truncation, series
 rng = np.random.default_rng(0)
 parts = [rng.standard_normal((9, 2)), np.ones((1, 2)), np.ones(1), rng.standard_normal((1, 9))]
 sums = [KernelSum(*parts, np.zeros((1, 0, 0))), KernelSum(*parts, rng.standard_normal((1, 9, 9)))]
 for truncation in (Truncation(), Truncation(degrees=())):
-    found = predict(*sums, np.zeros(2), 0.1 * np.eye(2), truncation)
+    found = predict_by_series(*sums, np.zeros(2), 0.1 * np.eye(2), series(truncation, 2), 2, np.zeros(1))
     for values in (found.mean, found.slope, found.rest, found.exact_by_mean, found.exact_by_covariance):
         print(hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest())
 """

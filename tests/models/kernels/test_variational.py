@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import torch
 from gpytorch_models import positive
+from moment_matching import predict
 
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
@@ -21,7 +22,6 @@ from twbal.models.kernels.exact import condition, fit_prior
 from twbal.models.kernels.induced import choose_inducing, condition_induced
 from twbal.models.kernels.kernel_process import KernelProcess
 from twbal.models.kernels.variational import VariationalSettings, fit_variational_gp, learn
-from twbal.models.moments.moment_prediction import predict
 from twbal.models.moments.truncation import Truncation
 from twbal.search.transition import transition_model
 

@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from moment_matching import predict
 from numpy.polynomial.hermite_e import hermegauss
 
 from twbal.models.gp import condition
 from twbal.models.moments.adjoint import predict_adjoint
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.moment_prediction import predict
 from twbal.models.moments.truncation import DEGREES, Truncation, series
 
 NODES = {1: 80, 2: 40, 3: 24}  # per input, by the number of inputs

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import torch
 from gpytorch_models import exact_model
+from moment_matching import predict
 from numpy.polynomial.hermite_e import hermegauss
 
 from twbal.models.gp import GaussianProcess, condition
 from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.moments.adjoint import predict_adjoint
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.moment_prediction import predict
 from twbal.models.moments.truncation import EXACT, Truncation, series
 
 UNITS = np.array([0.1, 2.0, 20.0, 1.0, 5.0, 0.5])  # of up to six inputs

@@ -17,7 +17,7 @@ from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.multi_index import MultiIndices
 from twbal.models.moments.pair_sums import add_model_variance, add_pairs, take_off_first_moments
 from twbal.models.moments.taylor import add_derivatives
-from twbal.models.moments.truncation import EXACT, LOWEST, Series, Truncation, left_out, series
+from twbal.models.moments.truncation import EXACT, LOWEST, Series, left_out
 
 _REST = 4  # predictions by pairs without a trial, after a trial that failed
 
@@ -87,7 +87,17 @@ def _axes(typical: Array, covariance: Array):  # type: ignore[no-untyped-def]
 def predict_by_series(
     f: KernelSum, g: KernelSum, mean: Array, covariance: Array, cut: Series, start_degree: int, reference: Array
 ) -> MomentPrediction:
-    """`predict` with the truncation's tables at hand; reference (E,)."""
+    """Moments of f(x) + g(x) for x ~ N(mean, covariance) (eq. 7-8 with an uncertain input).
+
+    Args:
+        f, g: functions of the same d inputs; each counts as uncertain where it brings a variance matrix.
+        mean: (d,).
+        covariance: (d, d), positive semi-definite; may be singular.
+        cut: which series to trust.
+        start_degree: first degree tried, for callers who know what was enough for the last distribution.
+        reference: (E,) variances beside which an error in that of an output does not count, as where the output is
+            added to something that varies more.
+    """
     d, outputs = len(mean), len(f.weights)
     typical = np.empty(d)
     for k in range(d):
@@ -134,28 +144,3 @@ def predict_by_series(
     return MomentPrediction(
         value, slope, rest, degree, enough, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
     )
-
-
-def predict(
-    f: KernelSum,
-    g: KernelSum,
-    mean: Array,
-    covariance: Array,
-    truncation: Truncation,
-    start_degree: int = 2,
-    reference: Array | float = 0.0,
-) -> MomentPrediction:
-    """Moments of f(x) + g(x) for x ~ N(mean, covariance) (eq. 7-8 with an uncertain input).
-
-    Args:
-        f, g: functions of the same d inputs; each counts as uncertain where it brings a variance matrix.
-        mean: (d,).
-        covariance: (d, d), positive semi-definite; may be singular.
-        truncation: which series to trust.
-        start_degree: first degree tried, for callers who know what was enough for the last distribution.
-        reference: (E,) variances beside which an error in that of an output does not count, as where the output is
-            added to something that varies more.
-    """
-    beside = np.zeros(len(f.weights)) + reference
-    mean, covariance = np.ascontiguousarray(mean), np.ascontiguousarray(covariance)
-    return predict_by_series(f, g, mean, covariance, series(truncation, len(mean)), start_degree, beside)
