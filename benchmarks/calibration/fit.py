@@ -11,7 +11,7 @@ from scipy.special import expit, logit
 
 from twbal.core.files import file_hash
 from twbal.core.gaussian import Array, Mask
-from twbal.diagnosis.calibration import EDGE, Calibration, FittedOn, Objected, reliability
+from twbal.diagnosis.calibration import EDGE, Bin, Calibration, FittedOn, Objected
 
 _BEFORE = {
     Objected.NOTHING: 0.98,
@@ -66,6 +66,24 @@ def fitted(records: Path) -> Calibration:
         fitted_on=FittedOn(str(records), file_hash(records), len(sets), len(pairs.right)),
         reliability=reliability(left_out.tolist(), pairs.right.tolist()),
     )
+
+
+def reliability(said: Sequence[float], right: Sequence[bool], bins: int = 10) -> tuple[Bin, ...]:
+    """How often probabilities proved right, by their range; ranges without any are left out.
+
+    Args:
+        said: probabilities.
+        right: whether what they were said of was there.
+        bins: ranges, of one width.
+    """
+    found = []
+    for number in range(bins):
+        low, high = number / bins, (number + 1) / bins
+        inside = [(p, r) for p, r in zip(said, right, strict=True) if low <= p < high or p == high == 1.0]
+        if inside:
+            pairs = len(inside)
+            found.append(Bin(low, high, pairs, sum(p for p, _ in inside) / pairs, sum(r for _, r in inside) / pairs))
+    return tuple(found)
 
 
 def _pairs(sets: Sequence[Mapping[str, Any]]) -> _Pairs:

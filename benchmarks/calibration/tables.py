@@ -3,8 +3,9 @@
 from collections.abc import Mapping
 from typing import Any
 
+from benchmarks.calibration.fit import reliability
 from benchmarks.other_robots.tables import LEAST, share
-from twbal.diagnosis.calibration import Objected, calibration, reliability
+from twbal.diagnosis.calibration import Objected, calibration
 
 _SURE = 0.9  # probability before its correction, from which on an effect counts as sure
 _WHAT = {

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.calibration.fit import fitted
+from benchmarks.calibration.fit import fitted, reliability
 from benchmarks.other_robots.__main__ import written
 from twbal.core.errors import DataError
 from twbal.core.files import file_hash
 from twbal.core.json_records import decoded
-from twbal.diagnosis.calibration import Objected, calibration, reliability
+from twbal.diagnosis.calibration import Objected, calibration
 
 ROOT = Path(__file__).parents[2]
 

@@ -11,7 +11,7 @@ right although something is objected to, by what that is. `python -m benchmarks.
 `calibration.json` beside this module, with the hash of the records that it was fitted to.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cache
@@ -106,21 +106,3 @@ class Calibration:
 def calibration() -> Calibration:
     """The correction that this version has."""
     return read_record(Calibration, FILE)
-
-
-def reliability(said: Sequence[float], right: Sequence[bool], bins: int = 10) -> tuple[Bin, ...]:
-    """How often probabilities proved right, by their range; ranges without any are left out.
-
-    Args:
-        said: probabilities.
-        right: whether what they were said of was there.
-        bins: ranges, of one width.
-    """
-    found = []
-    for number in range(bins):
-        low, high = number / bins, (number + 1) / bins
-        inside = [(p, r) for p, r in zip(said, right, strict=True) if low <= p < high or p == high == 1.0]
-        if inside:
-            pairs = len(inside)
-            found.append(Bin(low, high, pairs, sum(p for p, _ in inside) / pairs, sum(r for _, r in inside) / pairs))
-    return tuple(found)
