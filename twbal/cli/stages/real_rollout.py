@@ -49,7 +49,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse, standing_targets
 from twbal.core.episode import Episode, Provenance
-from twbal.core.errors import ConfigError, DataError
+from twbal.core.errors import DataError
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
@@ -59,7 +59,6 @@ from twbal.diagnosis.usability import FEW_DATA, Amount, enough_for_diagnosis
 from twbal.embedded.board_export import HEADER
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
-from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.excitation import Excitation
@@ -133,7 +132,6 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
         tell: is called with each trial as soon as it is logged.
     """
     settings = typed(RolloutSettings, cfg)
-    _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
     if settings.yield_to_pushes is None and isinstance(policy, RandomPolicy | Excitation):
@@ -298,11 +296,3 @@ def check_robot_is_there(cfg: DictConfig) -> None:
             check_robot(plant, robot)
             if heeds(cfg.real_rollout, cfg.link):
                 heed_last_check(plant, robot)
-
-
-def _check_trials(settings: RolloutSettings) -> None:
-    if settings.first_trial + settings.trials - 1 > MAX_TRIAL:
-        raise ConfigError(
-            f"The last of {settings.trials} trials from number {settings.first_trial} on is beyond {MAX_TRIAL}, the "
-            "largest number that a robot can be told. Choose a smaller first_trial, or fewer trials."
-        )
