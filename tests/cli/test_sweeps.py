@@ -240,6 +240,7 @@ def test_a_job_folder_is_named_by_the_swept_keys_and_told_apart_by_the_others():
         (["-m", "link.seed=range(3)", "state=choice(a,b)"], "['link.seed','state']"),
         (["seed=1,2"], None),
         (["-m", "seed=1", "'a b"], None),
+        (["-m", "seed=1", "steps=[3"], None),
         (["-m", "seed=1,2", "hydra.sweep.subdir=mine"], None),
     ],
 )

@@ -139,16 +139,22 @@ def text(value: Any) -> str:
     return f"'{escaped}'"
 
 
+@lru_cache(maxsize=1024)
+def parsed(word: str) -> Override | None:
+    """An override, read by Hydra's grammar, which takes milliseconds; None where it cannot be: Hydra says later why."""
+    with suppress(HydraException):
+        return OverridesParser.create().parse_override(word)
+    return None
+
+
 def swept(word: str) -> list[str]:
     """The values of an override that are separated by commas, as a sweep takes them; none where there is a single one.
 
     Hydra says later what it cannot read.
     """
-    if "," in word:
-        with suppress(HydraException):
-            value = OverridesParser.create().parse_override(word).value()
-            if isinstance(value, ChoiceSweep):
-                return [each.text if isinstance(each, QuotedString) else str(each) for each in value.list]
+    value = override.value() if "," in word and (override := parsed(word)) else None
+    if isinstance(value, ChoiceSweep):
+        return [each.text if isinstance(each, QuotedString) else str(each) for each in value.list]
     return []
 
 
@@ -173,25 +179,19 @@ def _own_tree(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> d
     return tree_of(_own_part(loader, stage, overrides))
 
 
-@lru_cache(maxsize=1024)
-def _parsed(override: str) -> Override:
-    """An override, read by Hydra's grammar, which takes milliseconds."""
-    return OverridesParser.create().parse_overrides([override])[0]
-
-
 def _values_apart(
     loader: ConfigLoader, cfg: DictConfig, overrides: Sequence[str]
 ) -> tuple[list[Override], tuple[str, ...]]:
     """The overrides that set values within what a configuration has, and the others: choices, additions, deletions.
 
     None is apart where additions and deletions touch the same values: their order then matters. That of choices does
-    not, as Hydra takes them first.
+    not, as Hydra takes them first. Nor is any where one cannot be read, of which Hydra tells.
     """
-    parsed = [_parsed(word) for word in overrides]
-    sets = [_sets_a_value(loader, cfg, each) for each in parsed]
-    values, others = ([each for each, does in zip(parsed, sets, strict=True) if does is of] for of in (True, False))
+    read = [override for word in overrides if (override := parsed(word))]
+    sets = [_sets_a_value(loader, cfg, each) for each in read]
+    values, others = ([each for each, does in zip(read, sets, strict=True) if does is of] for of in (True, False))
     ordered = [each.key_or_group for each in others if not _chooses(loader, each)]
-    if any(_any_overlap(each.key_or_group, ordered) for each in values):
+    if len(read) < len(overrides) or any(_any_overlap(each.key_or_group, ordered) for each in values):
         return [], tuple(overrides)
     return values, tuple(word for word, does in zip(overrides, sets, strict=True) if not does)
 

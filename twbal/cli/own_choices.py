@@ -1,14 +1,12 @@
 """Files of a person's own configuration, beside the choices that are packaged."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException
 
+from twbal.cli.commands import parsed
 from twbal.cli.composition import Choice, register_nodes
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.errors import ConfigError
@@ -66,10 +64,9 @@ def _folders(words: Sequence[str], flags: Sequence[str] = _FLAGS) -> Iterator[Pa
 
 def _searched(word: str) -> list[str]:
     """The folders of a word `hydra.searchpath=[...]`; none where Hydra, too, cannot read it."""
-    with suppress(HydraException):
-        value = OverridesParser.create().parse_override(word).value()
-        if isinstance(value, list):
-            return [path.removeprefix(_FILE) for path in map(str, value) if path.startswith(_FILE) or "://" not in path]
+    value = override.value() if (override := parsed(word)) else None
+    if isinstance(value, list):
+        return [path.removeprefix(_FILE) for path in map(str, value) if path.startswith(_FILE) or "://" not in path]
     return []
 
 

@@ -14,11 +14,9 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
-from twbal.cli.commands import swept, text
+from twbal.cli.commands import parsed, swept, text
 from twbal.cli.settings.robot_settings import PHYSICS_STEP
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
@@ -162,10 +160,8 @@ def _word(override: str) -> str:
     word = override.removeprefix(_KEY)
     if word[:1] not in ("'", '"'):
         return word
-    try:
-        return str(OverridesParser.create().parse_override(override).value())
-    except HydraException:  # which Hydra refuses in words of its own, later
-        return word.strip("'\"")
+    read = parsed(override)
+    return word.strip("'\"") if read is None else str(read.value())
 
 
 def _refuse_several(override: str) -> None:

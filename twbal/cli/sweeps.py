@@ -14,19 +14,18 @@ import secrets
 import shlex
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
-from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import HydraException, OverrideParseException
+from hydra.errors import HydraException
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli.commands import refuse_experiment_of_another_stage, text
+from twbal.cli.commands import parsed, refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration, refuse_unread
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sweep_results import FAILURE, job_lines
@@ -77,12 +76,10 @@ def with_job_folders(words: Sequence[str]) -> list[str]:
     """
     if not {"-m", "--multirun"} & set(words) or any(word.startswith("hydra.sweep.subdir=") for word in words):
         return list(words)
-    parser, swept = OverridesParser.create(), []
-    for word in words:
-        with suppress(OverrideParseException):  # Hydra says what is wrong
-            override = parser.parse_override(word) if "=" in word and not word.startswith("-") else None
-            if override is not None and override.is_sweep_override() and not override.is_hydra_override():
-                swept.append(override.key_or_group)
+    overrides = [parsed(word) for word in words if "=" in word and not word.startswith("-")]
+    swept = [
+        each.key_or_group for each in overrides if each and each.is_sweep_override() and not each.is_hydra_override()
+    ]
     if not swept:
         return list(words)
     keys = ",".join(f"'{key}'" for key in swept)

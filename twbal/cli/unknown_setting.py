@@ -8,12 +8,11 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 from hydra import compose
-from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli.commands import text
+from twbal.cli.commands import parsed, text
 from twbal.cli.composition import composing
 from twbal.cli.settings.lookup import Table, is_known
 from twbal.cli.settings.nested_settings import ancestors, flattened
@@ -156,11 +155,8 @@ def _no_such_entry(key: str, word: str, stage: str, own: _Settings) -> str:
 
 def _given(word: str) -> Mapping[Any, Any]:
     """The mapping that an override gives; empty where it gives none."""
-    with suppress(HydraException):
-        value = OverridesParser.create().parse_override(word).value()
-        if isinstance(value, dict):
-            return value
-    return {}
+    value = override.value() if (override := parsed(word)) else None
+    return value if isinstance(value, dict) else {}
 
 
 def _is_foreign(key: str, tree: Mapping[str, Any]) -> bool:
