@@ -13,17 +13,13 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
+from twbal.cli.flags import with_flags
 from twbal.cli.hydra_errors import explained, refused_by_hydra, unreadable_yaml
 from twbal.cli.own_choices import refuse_packaged_names
 from twbal.cli.refused_words import refuse_words
 from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated, with_job_folders
-
-_FLAGS_WITH_A_VALUE = (
-    *("--cfg", "-c", "--info", "-i", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn"),
-    *("--config-dir", "-cd", "--experimental-rerun"),
-)
 
 
 def run_stage(stage: str, words: list[str], program: str) -> None:
@@ -80,9 +76,4 @@ def _composed_once(words: Sequence[str]) -> Iterator[None]:
 
 def _overrides_first(words: list[str]) -> list[str]:
     """`words` with the overrides before Hydra's flags, whose parser does not take overrides on both sides of a flag."""
-    overrides: list[str] = []
-    flags: list[str] = []
-    for before, word in zip(["", *words], words, strict=False):
-        is_override = not word.startswith("-") and before not in _FLAGS_WITH_A_VALUE
-        (overrides if is_override else flags).append(word)
-    return overrides + flags
+    return [word.text for word in sorted(with_flags(words), key=lambda word: bool(word.flag))]

@@ -9,10 +9,9 @@ from hydra.core.config_store import ConfigStore
 from twbal.cli.commands import parsed
 from twbal.cli.composition import Choice, register_nodes
 from twbal.cli.conf_folder import conf_folder
+from twbal.cli.flags import CONFIG_DIR, CONFIG_PATH, with_flags
 from twbal.core.errors import ConfigError
 
-_BESIDE = ("--config-dir", "-cd")  # Hydra's own folder, which comes first
-_FLAGS = (*_BESIDE, "--config-path", "-cp")
 _ROBOT = "robot"
 _SEARCHED = "hydra.searchpath="
 _FILE = "file://"
@@ -30,7 +29,7 @@ def refuse_packaged_names(words: Sequence[str]) -> None:
     Raises:
         ConfigError: there is such a file in a folder that the words name.
     """
-    for folder in _folders(words):
+    for folder in _folders(words, (*CONFIG_DIR, *CONFIG_PATH)):
         register_nodes()
         for file in _named_as(ConfigStore.instance().repo, folder):
             group = file.parent.relative_to(folder).as_posix()
@@ -39,7 +38,7 @@ def refuse_packaged_names(words: Sequence[str]) -> None:
                 f"{file} has the name of a packaged choice, {group}={file.stem}, which Hydra would mix with it. Rename "
                 f"it, as to {own}, and choose it by {group}={own.stem}."
             )
-    for folder in _folders(words, _BESIDE):
+    for folder in _folders(words, CONFIG_DIR):  # beside Hydra's own folder, which comes first
         for sheet in sorted((conf_folder() / _ROBOT).glob("*.yaml")):
             file = folder / _ROBOT / sheet.name
             if file.is_file() and not file.samefile(sheet):
@@ -50,16 +49,13 @@ def refuse_packaged_names(words: Sequence[str]) -> None:
                 )
 
 
-def _folders(words: Sequence[str], flags: Sequence[str] = _FLAGS) -> Iterator[Path]:
-    """The folders in which Hydra is to look for configuration, beside its own."""
-    for before, word in zip(["", *words], words, strict=False):
-        flag, equals, folder = word.partition("=")
-        if before in flags:
-            yield Path(word)
-        elif equals and flag in flags:
-            yield Path(folder)
-        elif word.startswith(_SEARCHED):
-            yield from map(Path, _searched(word))
+def _folders(words: Sequence[str], flags: Sequence[str]) -> Iterator[Path]:
+    """The folders in which Hydra is to look for configuration: those of flags, and of its search path."""
+    for word in with_flags(words):
+        if word.flag in flags and word.value is not None:
+            yield Path(word.value)
+        elif word.text.startswith(_SEARCHED):
+            yield from map(Path, _searched(word.text))
 
 
 def _searched(word: str) -> list[str]:

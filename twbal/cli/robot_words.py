@@ -9,13 +9,13 @@ from hydra.conf import HydraConf
 
 from twbal.cli.commands import swept, text
 from twbal.cli.conf_folder import conf_folder
+from twbal.cli.flags import CONFIG_DIR, with_flags
 from twbal.core.errors import ConfigError
 
 _KEY, _ENDINGS = "robot=", (".yaml", ".yml")
 _SHEET = re.compile(r"""robot=(['"]?)(.*\.ya?ml)\1""")
 """Maybe with quotes about the path, which Hydra takes about any text."""
 _FOLDER = "robot"  # in which Hydra looks for the choices of a group
-_FLAGS = ("--config-dir", "-cd")
 _ADVICE = (
     "Give the name of a packaged robot, such as robot=paper, or the path of a sheet; `twbal new-robot` writes one."
 )
@@ -130,9 +130,5 @@ def _check_folder(sheet: Path, first: Path, given: Path | None) -> None:
 
 def _given_folder(words: Sequence[str]) -> Path | None:
     """The folder of --config-dir; None where it is not given."""
-    for before, word in zip(["", *words], words, strict=False):
-        if before in _FLAGS:
-            return Path(word)
-        if word.startswith(tuple(f"{flag}=" for flag in _FLAGS)):
-            return Path(word.partition("=")[2])
-    return None
+    values = (word.value for word in with_flags(words) if word.flag in CONFIG_DIR)
+    return next((Path(value) for value in values if value is not None), None)
