@@ -8,9 +8,9 @@ from matplotlib.colors import to_rgb
 
 from twbal.core.palette import PALETTE
 from twbal.diagnosis.record import Gap, Region, ResidualAutocorrelation, Rival
-from twbal.diagnosis.where import AXES
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_figures import autocorrelation_figure, disagreement_figure, gap_figure, rivals_figure
+from twbal.viz.map_axes import AXES
 
 CHANNELS = ("tilt", "tilt_rate")
 REGIONS = [

@@ -10,8 +10,8 @@ class Motor:
     """Both motors of a robot together, as one.
 
     With a voltage U the wheels get the torque N K (U - N K ω) / R. The first part is the command; the second, the
-    back-EMF, is viscous friction at the joints and belongs to the simulation (`back_emf`): taken off with the measured
-    speed, it would carry that speed's noise into the command, and its damping out of the model.
+    back-EMF, is viscous friction at the joints and belongs to the simulation: taken off with the measured speed, it
+    would carry that speed's noise into the command, and its damping out of the model.
 
     Attributes:
         resistance: R, of the armature [Ω].
@@ -37,8 +37,3 @@ class Motor:
     def torque_per_volt(self) -> float:
         """Torque of both wheels at a standstill for 1 V [N·m/V]."""
         return self.gear * self.torque_constant / self.resistance
-
-    @property
-    def back_emf(self) -> float:
-        """Viscous friction of both joints together that the back-EMF amounts to [N·m·s/rad]."""
-        return (self.gear * self.torque_constant) ** 2 / self.resistance

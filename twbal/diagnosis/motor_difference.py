@@ -21,9 +21,7 @@ _KERNEL, _TAPS = 0.3, 8.0  # s, and samples, of the bump through which all is se
 _LEAST = 0.02  # share that is worth a word
 _INERTIA = 0.15  # of the yaw inertia by the data sheet, by which it may be off (a standard deviation)
 _FEWEST = 10.0  # s of driving, in all
-_YAW, _TILT, _TILT_RATE, _WHEEL_RATE = (
-    Observation._fields.index(name) for name in ("yaw_rate", "tilt", "tilt_rate", "wheel_rate")
-)
+_YAW, _TILT, _WHEEL_RATE = (Observation._fields.index(name) for name in ("yaw_rate", "tilt", "wheel_rate"))
 _DIFFERENCE = HeadingSample._fields.index("difference")
 
 

@@ -158,7 +158,9 @@ class Region(NamedTuple):
 
     Attributes:
         channel: measured channel ("tilt", "tilt_rate", "wheel_angle", "wheel_rate").
-        axis: what the region is a range of ("speed", "command", "tilt", "direction", "time").
+        axis: what the region is a range of: the axle's "speed" [m/s], "command" [N·m], "tilt" [rad], "direction", which
+            is the sign of the wheels' rate relative to the body (-1 to 0 backwards, 0 to 1 forwards), or "time" since
+            the episode began [s].
         low: lower end of the range [SI].
         high: upper end [SI].
         samples: in it.

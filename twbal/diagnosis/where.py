@@ -11,10 +11,6 @@ from twbal.diagnosis.record import Region
 from twbal.sysid.open_loop import EARLIEST
 from twbal.sysid.recording import MEASURED, Recording
 
-AXES = ("speed", "command", "tilt", "direction", "time")
-"""What regions are ranges of: axle speed [m/s], command [N·m], tilt [rad], the sign of the wheels' rate relative to the
-body (-1 to 0 backwards, 0 to 1 forwards), and time since the episode began [s]."""
-
 _FEWEST = 20  # samples in a region, below which a mean says little
 
 
@@ -63,7 +59,7 @@ def regions(
     Args:
         errors: (N, E) one-step prediction errors of the simulation, in the channels' units.
         noise: (E,) standard deviations that these errors would have by the sensors' noise alone.
-        axes: by name of an axis, (N,) its value at each error; see `AXES`.
+        axes: by name of an axis, (N,) its value at each error; see `Region`.
         channels: names of the E channels.
         bins: ranges of an axis.
     """

@@ -4,7 +4,6 @@ from twbal.cli.settings.kinds import ListOf, Number, Setting, Text, Whole, YesNo
 
 _EFFECTS = ListOf(Text("name of an effect"), most=1000)
 _SCORE = Number(0.0, 1e6)
-_PROBABILITY = Number(0.0, 1.0)
 _SHARE = Number(0.0, 10.0)
 _DEVIATIONS = Number(0.0, 1000.0)
 
