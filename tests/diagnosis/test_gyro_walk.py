@@ -9,8 +9,8 @@ from test_real_logs import settings
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.gyro_walk import gyro_bias_walk
-from twbal.diagnosis.gyro_walk_record import USUAL, BiasWalk
 from twbal.diagnosis.hypothesis import fit_hypothesis
+from twbal.diagnosis.side_findings import USUAL, BiasWalk
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
 from conftest import conf, make  # noqa: F401 - fixtures

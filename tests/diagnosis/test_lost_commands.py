@@ -15,8 +15,8 @@ from twbal.diagnosis import commands_that_acted
 from twbal.diagnosis.held_commands import HeldScores, acting, held_scores, sent_commands, with_several_lost
 from twbal.diagnosis.lost_commands import LostFound, Mixture, lost_by, lost_commands
 from twbal.diagnosis.lost_commands import _found as found_among
-from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.diagnosis.side_findings import CommandLoss
 from twbal.effects.library import library
 from twbal.effects.lost_commands import LostCommands
 from twbal.io.logs.writer import write_episode

@@ -14,7 +14,7 @@ from twbal.core.plant import Observation
 from twbal.core.start_pose import StartPose
 from twbal.diagnosis.diagnosis_file import as_record
 from twbal.diagnosis.motor_difference import motor_difference
-from twbal.diagnosis.motor_difference_record import MotorDifference
+from twbal.diagnosis.side_findings import MotorDifference, effects_of
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.library import library, values_of
 from twbal.effects.unequal_motors import UnequalMotors
@@ -54,7 +54,7 @@ def test_the_stronger_motor_of_a_robot_in_mujoco_is_told_with_its_share(share, m
     assert told.share == pytest.approx(share, rel=0.1)
     assert told.low95 < share < told.high95
     assert f"the {'right' if share > 0 else 'left'} motor gives" in told.text
-    assert UnequalMotors(**told.effects["unequal_motors"]).share == told.share
+    assert UnequalMotors(**effects_of(None, told)["unequal_motors"]).share == told.share
 
 
 @pytest.mark.parametrize("faults", ["none", pytest.param("moderate", marks=pytest.mark.slow)])

@@ -22,7 +22,7 @@ from twbal.core.files import file_hash
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenSimulation
 from twbal.diagnosis.log_names import distinct_names
-from twbal.diagnosis.lost_commands_record import LOST
+from twbal.diagnosis.side_findings import LOST
 from twbal.effects.library import values_of
 from twbal.planar.robot_distribution import TILT_FILTER
 

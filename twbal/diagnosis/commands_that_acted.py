@@ -10,8 +10,8 @@ from twbal.core.gaussian import Mask
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.held_commands import acting
 from twbal.diagnosis.lost_commands import LostFound, lost_by, lost_commands
-from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.model_comparison import ModelComparison
+from twbal.diagnosis.side_findings import CommandLoss
 from twbal.sysid.held_out import Split
 from twbal.sysid.recording import Recording
 

@@ -14,8 +14,8 @@ from math import sqrt
 import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
-from twbal.diagnosis.gyro_walk_record import BiasWalk
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.side_findings import BiasWalk
 from twbal.sysid.likelihood import cost
 from twbal.sysid.model import Data
 from twbal.sysid.noise import BIAS_TIME

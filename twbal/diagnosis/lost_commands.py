@@ -10,7 +10,7 @@ from scipy.special import betaincinv, betaln, expit, logit, stdtrit
 
 from twbal.core.gaussian import Array, Mask
 from twbal.diagnosis.held_commands import HeldScores, SentCommands, held_scores, sent_commands, with_several_lost
-from twbal.diagnosis.lost_commands_record import CommandLoss
+from twbal.diagnosis.side_findings import CommandLoss
 from twbal.sysid.model import Data, Model
 
 _SEEN = 0.3  # standard deviations of the errors' change that a command must make to be asked

@@ -12,7 +12,7 @@ from twbal.core.mobility import yaw_mobility
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.smoothed_derivatives import smoothed
-from twbal.diagnosis.motor_difference_record import MotorDifference
+from twbal.diagnosis.side_findings import MotorDifference
 from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import constants
 from twbal.planar.parameters import PlanarParameters

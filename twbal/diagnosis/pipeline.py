@@ -26,12 +26,12 @@ from twbal.diagnosis.gyro_walk import gyro_bias_walk
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
-from twbal.diagnosis.motor_difference_record import UNEQUAL, MotorDifference
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
 from twbal.diagnosis.rollouts_from_recordings import RolloutStarts
 from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.side_findings import UNEQUAL, MotorDifference, effects_of
 from twbal.diagnosis.verdict import review
 from twbal.diagnosis.wheel_friction import identify_friction
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
@@ -136,11 +136,9 @@ def diagnose_episodes(
             diagnosis = _with_step(what, step, diagnosis)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
     uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
-    apart_findings = [each for each in (loss, uneven) if each is not None]
-    advice = (*diagnosis.advice, *(each.text for each in apart_findings))
+    advice = (*diagnosis.advice, *(each.text for each in (loss, uneven) if each is not None))
     diagnosis = replace(diagnosis, lost_commands=loss, motor_difference=uneven, advice=advice)
-    for each in apart_findings:
-        corrected = replace(corrected, effects={**corrected.effects, **each.effects})
+    corrected = replace(corrected, effects={**corrected.effects, **effects_of(loss, uneven)})
     return DiagnosisResult(diagnosis, found, split, corrected)
 
 

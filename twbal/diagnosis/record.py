@@ -9,11 +9,9 @@ from typing import NamedTuple, Self
 from twbal.diagnosis.calibration import Objected
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
-from twbal.diagnosis.gyro_walk_record import BiasWalk
-from twbal.diagnosis.lost_commands_record import CommandLoss
-from twbal.diagnosis.motor_difference_record import MotorDifference
 from twbal.diagnosis.null_record import NullScore
 from twbal.diagnosis.power_record import DetectionPower
+from twbal.diagnosis.side_findings import BiasWalk, CommandLoss, MotorDifference
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
 """Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
