@@ -1,6 +1,7 @@
 """The part of `twbal compare` that drives policies on virtual robots which are changed."""
 
 from collections.abc import Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
@@ -131,22 +132,12 @@ def _driven(tested: Tested, cfg: DictConfig, perturbations: Perturbations, folde
         check_torque(policy, robot.sheet)
         channels = Channels(policy.channels, robot.sheet.wheel_radius, robot.sheet.control_period)
         say(f"{name}: {tested.file} on {robot.sheet.name} {robot.seed}")
-        counter = _Counter(trials_of(perturbations))
-        found = policy_robustness(policy, channels, robot, perturbations, rule, cfg.seed, counter.count)
+        progress, number = Progress("trials", trials_of(perturbations)), count(1)
+        found = policy_robustness(
+            policy, channels, robot, perturbations, rule, cfg.seed, lambda: progress.show(next(number))
+        )
         write_record(record, found)
         return [record]
 
     perform(StageWork("compare", folder, recorded(asked, ()), {"policy": [tested.file]}, cfg.seed), drive)
     return read_record(PolicyRobustness, record)
-
-
-class _Counter:
-    """Counts trials, and shows it."""
-
-    def __init__(self, total: int) -> None:
-        self._progress, self._done = Progress("trials", total), 0
-
-    def count(self) -> None:
-        """One more."""
-        self._done += 1
-        self._progress.show(self._done)

@@ -24,16 +24,22 @@ class _Dumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[mi
 _Dumper.add_implicit_resolver(*FLOAT)
 
 
-def typed(kind: type[Settings], cfg: DictConfig) -> Settings:
+def typed(kind: type[Settings], cfg: DictConfig, **known: Any) -> Settings:
     """The fields of the dataclass `kind` from `cfg`, with their types checked (and "3" made 3).
+
+    Args:
+        kind: of the settings.
+        cfg: has them by name.
+        known: fields that `cfg` does not have.
 
     Raises:
         ValidationError: a value is of the wrong type.
         MissingMandatoryValue: one was not given.
     """
     schema, types = OmegaConf.structured(kind), get_type_hints(kind)
-    values = {field.name: _member(types[field.name], cfg[field.name]) for field in fields(kind)}  # type: ignore[arg-type]
-    settings = OmegaConf.to_object(OmegaConf.merge(schema, values))
+    names = [field.name for field in fields(kind) if field.name not in known]  # type: ignore[arg-type]
+    values = {name: _member(types[name], cfg[name]) for name in names}
+    settings = OmegaConf.to_object(OmegaConf.merge(schema, values, known))
     assert isinstance(settings, kind)
     return settings
 

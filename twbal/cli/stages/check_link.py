@@ -1,6 +1,5 @@
 """Try a robot with its wheels off the ground, before its first rollout."""
 
-from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -26,18 +25,6 @@ from twbal.viz.round_trip_figure import round_trip_figure
 
 PAGE, RECORD, FIGURE = "check_link.txt", "check_link.json", Path("figures") / "round_trips.svg"
 _TRIED_AS = {"confirm_placed": None, "on_board": False}  # asked once; torques are the host's
-
-
-@dataclass(frozen=True)
-class Settings:
-    """See conf/check_link.yaml."""
-
-    exchanges: int
-    rest: float
-    pulse: float
-    pulse_time: float
-    by_hand: bool
-    hand_time: float
 
 
 def main(cfg: DictConfig) -> None:
@@ -82,9 +69,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
         out: the run folder.
         launch: starts the virtual robot, where `cfg` asks for one.
     """
-    settings = typed(Settings, cfg)
     is_held = cfg.link.get("confirm_placed") is not None
-    trial = LinkTrial(**asdict(settings), is_held=is_held)
+    trial = typed(LinkTrial, cfg, is_held=is_held)
     known = {key: value for key, value in _TRIED_AS.items() if key in cfg.link}
     link = OmegaConf.merge(cfg.link, known)
     assert isinstance(link, DictConfig)
