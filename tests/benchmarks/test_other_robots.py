@@ -31,6 +31,7 @@ from benchmarks.other_robots.mechanics import (
     bristles,
     energy,
 )
+from benchmarks.other_robots.power import detection_power, said_at
 from benchmarks.other_robots.recording import driven, record
 from benchmarks.other_robots.robots import ITEMS, cascade, drawn_sensors, nominal, regulator
 from benchmarks.other_robots.score import judged
@@ -379,6 +380,43 @@ def test_a_loop_keeps_its_period_in_the_mean_whatever_that_is(item, period, shee
 def test_names_of_sets_differ():
     names = [each.name for each in sets(STRATA, range(50))]
     assert len(set(names)) == len(names) == 50 * len(STRATA)
+    assert not set(names) & {each.bare().name for each in sets(STRATA, range(50))}
+
+
+def test_a_bare_set_is_the_same_robot_and_loop_without_the_effect(sheets):
+    each = designed("single 1/8", 1)
+    sheet = replace(sheets[each.sheet], control_period=1.0 / each.rate)
+    found, bare = driven(each, sheet), driven(each.bare(), sheet)
+    assert not bare.hidden
+    ((name, values),) = found.hidden.items()
+    assert put(name, values, bare.robot, bare.sensors) == (found.robot, found.sensors)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"), [(1.0, 0.9), (-1.0, 0.9), (0.5, 0.5), (0.1, 0.1), (2**-0.5, 0.7), (9.0, 1.0)]
+)
+def test_what_was_said_of_a_size_lies_between_what_is_listed(value, said):
+    sizes = [(0.25, 0.1), (0.5, 0.5), (1.0, 0.9), (2.0, 1.0)]
+    listed = [{"share": share, "value": share, "probability": p} for share, p in sizes]
+    assert said_at(listed, value) == pytest.approx(said)
+    shifted = [{**each, "value": 1.0 + 0.1 * each["share"]} for each in listed]  # a factor, of which 1 is none
+    assert said_at(shifted, 1.0 + 0.1 * value) == pytest.approx(said)
+
+
+def test_a_lower_limit_is_a_larger_effect_in_what_was_said():
+    sizes = [(0.5, 0.1), (1.0, 0.5), (2.0, 0.9)]
+    listed = [{"share": share, "value": 3.0 / share, "probability": p} for share, p in sizes]
+    assert [said_at(listed, value) for value in (60.0, 6.0, 3.0, 1.5, 0.1)] == pytest.approx([0.1, 0.1, 0.5, 0.9, 0.9])
+
+
+def test_the_table_of_power_counts_what_was_found_by_what_was_said():
+    known = {"effect": "backlash", "value": 1.0}
+    rows = [(0.99, 0.9), (1.0, 0.4), (0.5, 0.9), (0.0, 0.0), (None, 0.9)]
+    power = {"power": [{**known, "said": said, "found": found} for said, found in rows]}
+    _, _, unlikely, even, sure = detection_power(power)
+    assert unlikely.startswith("| 0.00-0.05 | 1 | 0.00 | 0 of 1")
+    assert even.startswith("| 0.35-0.65 | 1 | 0.50 | 1 of 1")
+    assert sure.startswith("| 0.95-1.00 | 2 | 0.99 | 1 of 2")
 
 
 @pytest.mark.slow
