@@ -45,6 +45,8 @@ class _Rival(NamedTuple):
 def with_nearest_rivals(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
     """The selection with sets of nearly the same effects, and with the likeliest of them if that is likelier.
 
+    It has to be sound, but where the selection's set has a parameter at a bound itself.
+
     Args:
         problem: what was selected from.
         selection: how it went.
@@ -68,7 +70,8 @@ def with_nearest_rivals(problem: Problem, selection: Selection, progress: Callab
     names = dict.fromkeys(other.name for rival in tried for other in rival.others)
     progress(f"trying {', '.join(names)} in the place of what does nearly the same")
     fitted = sorted(in_threads(fit, tried), key=lambda w: w.bic)
-    is_better = fitted[0].bic < chosen.bic - ALIKE and problem.is_sound(fitted[0], selection.base)
+    is_no_worse = bool(chosen.at_bound) or problem.is_sound(fitted[0], selection.base)
+    is_better = fitted[0].bic < chosen.bic - ALIKE and is_no_worse
     rounds = (*selection.rounds, Round(chosen, [], fitted))
     return selection._replace(rounds=rounds, chosen=fitted[0] if is_better else chosen)
 
