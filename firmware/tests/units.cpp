@@ -69,10 +69,11 @@ static void limits()
 static void motors()
 {
     const twbal::Motor motor = {2.7f, 3.2e-3f, 110.1f};
-    const float stall = motor.voltage(0.5f, 0.0f), driven = motor.voltage(0.5f, 10.0f);
+    const float stall = motor.voltage(0.5f, 0.0f, 7.2f), driven = motor.voltage(0.5f, 10.0f, 7.2f);
     check(near(stall, 0.5f * 2.7f / (110.1f * 3.2e-3f), 1e-4f), "voltage at a standstill");
     check(near(driven - stall, 110.1f * 3.2e-3f * 10.0f, 1e-3f), "back-EMF");
     check(near(110.1f * 3.2e-3f * (driven - 110.1f * 3.2e-3f * 10.0f) / 2.7f, 0.5f, 1e-4f), "and back to the torque");
+    check(near(motor.voltage(-0.5f, 100.0f, 7.2f), 7.2f - stall, 1e-4f), "no back-EMF beyond the supply");
     check(twbal::duty(3.0f, 6.0f) == 0.5f && twbal::duty(-30.0f, 6.0f) == -1.0f, "duty");
     check(twbal::duty(3.0f, NAN) == 0.0f && twbal::duty(NAN, 6.0f) == 0.0f && twbal::duty(3.0f, 0.0f) == 0.0f,
         "no duty without numbers");
@@ -195,6 +196,87 @@ static void body()
         wheels.sample(0.002f, true);
     }
     check(isnan(wheels.sense(none, 0, 0.01f).tilt), "an IMU that repeats itself is frozen");
+}
+
+// A wheel in the air behind a gear motor, the left one of a bench: a hand turns it forward at 1 turn/s for a second and
+// lets it go. Rates are 10 ms apart, commands 2 ms, as on a board. Returns how fast it turns 4 s later [rad/s].
+static float let_go(const twbal::Build& believed, float command)
+{
+    const float resistance = 7.0f, constant = 0.0098f * 30.0f, inertia = 2e-4f, friction = 0.03f, turn = 6.2831853f;
+    Bench bench;
+    bench.volts = 11.1f;
+    twbal::TwoWheels<Bench> wheels(bench, believed);
+    float angle = 0.0f, rate = 0.0f;
+    for (int k = 0; k < 2500; ++k) {
+        const float held = k < 500 ? turn : 0.0f;
+        if (k % 5 == 0) {
+            bench.left = static_cast<int32_t>(floorf(angle / turn * 660.0f));
+            wheels.sense(twbal::WheelCommands{command, 0.0f}, TWBAL_DRIVE_TORQUE, k > 0 ? 0.01f : 0.0f);
+        }
+        wheels.drive(twbal::WheelCommands{command, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+        for (int part = 0; part < 20; ++part) {
+            const float volts = bench.volts * bench.left_duty;
+            const float torque = bench.left_duty == 0.0f ? 0.0f : constant / resistance * (volts - constant * rate);
+            const float after = rate + 1e-4f / inertia * (torque - (rate > 0.0f ? friction : -friction));
+            const bool sticks = fabsf(torque) <= friction && after * rate <= 0.0f;
+            rate = held > 0.0f ? held : (sticks ? 0.0f : after);
+            angle += 1e-4f * rate;
+        }
+    }
+    return rate;
+}
+
+// A command of 0 drives no wheel, and one against the motion none with it, whatever counts, gear and dead duty say.
+static void wheel_in_a_hand()
+{
+    const float counts[] = {220.0f, 330.0f, 660.0f, 1320.0f, -660.0f}, gears[] = {15.0f, 30.0f, 45.0f, 90.0f};
+    const float dead_duties[] = {0.0f, 0.1f, 0.3f};
+    for (float count : counts) {
+        for (float gear : gears) {
+            for (float dead : dead_duties) {
+                const twbal::Build believed = {{7.0f, 0.0098f, gear}, dead, count, count, 0.5f, 0.01f, true};
+                check(let_go(believed, 0.0f) == 0.0f, "a command of 0 drives no wheel");
+                const float volts = 11.1f, turn = 6.2831853f, brakes[] = {-1e-6f, -0.1f, -0.5f, -2.0f};
+                for (float brake : brakes) {
+                    Bench bench;
+                    bench.volts = volts;
+                    twbal::TwoWheels<Bench> wheels(bench, believed);
+                    wheels.sense(twbal::WheelCommands{0.0f, 0.0f}, TWBAL_DRIVE_TORQUE, 0.0f);
+                    bench.left = bench.right = count > 0.0f ? 66 : -66; // it is seen to roll forward
+                    wheels.sense(twbal::WheelCommands{0.0f, 0.0f}, TWBAL_DRIVE_TORQUE, 0.02f);
+                    wheels.drive(twbal::WheelCommands{brake, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+                    const float asked = 0.5f * brake * 7.0f / (0.0098f * gear) / volts;
+                    const float emf = 0.0098f * gear * 66.0f / fabsf(count) * turn / 0.02f / volts;
+                    const float most = (emf < 1.0f ? emf : 1.0f) + asked; // of the bridge, whatever the dead duty
+                    check(bench.left_duty <= (most > 0.0f ? most : 0.0f) + 1e-5f, "what brakes never drives on");
+                }
+            }
+        }
+    }
+}
+
+// The duty below which a motor does not turn is added to torques, in their direction, and not to voltages.
+static void dead_duty()
+{
+    const twbal::Build plain = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, 660.0f, 0.5f, 0.01f, true};
+    twbal::Build dead = plain;
+    dead.dead_duty = 0.2f;
+    Bench bench, same;
+    twbal::TwoWheels<Bench> with(bench, dead), without(same, plain);
+    with.drive(twbal::WheelCommands{0.06f, 0.0f}, TWBAL_DRIVE_TORQUE, true); // 0.6 V of 12 V a wheel at a standstill
+    check(near(bench.left_duty, 0.2f + 0.8f * 0.05f, 1e-6f), "a torque turns a wheel that sticks");
+    bench.left = same.left = 33; // it rolls forward at 5 turns/s: a back-EMF of 9.4 V
+    const twbal::WheelCommands brake = {-0.06f, 0.0f};
+    with.sense(brake, TWBAL_DRIVE_TORQUE, 0.01f);
+    without.sense(brake, TWBAL_DRIVE_TORQUE, 0.01f);
+    with.drive(brake, TWBAL_DRIVE_TORQUE, true);
+    without.drive(brake, TWBAL_DRIVE_TORQUE, true);
+    check(near(bench.left_duty, 0.8f * same.left_duty - 0.2f, 1e-5f), "in its direction, and not in that of the motion");
+    with.drive(twbal::WheelCommands{NAN, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+    check(bench.left_duty == 0.0f, "no number, no duty, also with a dead duty");
+    bench.volts = NAN;
+    with.drive(twbal::WheelCommands{0.4f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+    check(bench.left_duty == 0.0f, "the same of the battery");
 }
 
 template <class Message>
@@ -324,6 +406,8 @@ int main()
     encoders();
     heading();
     body();
+    wheel_in_a_hand();
+    dead_duty();
     watchdog();
     part_of_a_period();
     late_looks();

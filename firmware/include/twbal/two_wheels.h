@@ -129,11 +129,17 @@ private:
 
     bool imu_lives() const { return odd_samples_ < FROZEN; }
 
+    // At a command of exactly 0 the bridge is off: a back-EMF that is too large, by a wrong count or gear, would drive on a
+    // wheel that a hand turns. The dead duty has the sign of the command, so that it never drives on what brakes.
     float duty_of(float command, float rate, uint8_t unit, float battery) const
     {
-        const float voltage = unit == TWBAL_DRIVE_VOLTAGE ? command : build_.motor.voltage(command, rate);
+        const float voltage
+            = unit == TWBAL_DRIVE_VOLTAGE ? command : build_.motor.voltage(command, rate, battery);
         const float share = duty(voltage, battery);
-        const float least = share == 0.0f ? 0.0f : (share > 0.0f ? build_.dead_duty : -build_.dead_duty);
+        if (command == 0.0f || share == 0.0f) { // share: also where the command or the battery is no number
+            return 0.0f;
+        }
+        const float least = command > 0.0f ? build_.dead_duty : -build_.dead_duty;
         return within(share * (1.0f - build_.dead_duty) + least, 1.0f);
     }
 

@@ -1,4 +1,7 @@
-"""Signs and scales of tilt, wheels and yaw rate, by a person who moves the robot while its motors have no torque."""
+"""Signs and scales of tilt, wheels and yaw rate, by a person who moves the robot at a command of exactly 0.
+
+There no robot may drive a wheel, whatever it believes of its counts and gears (docs/protocol.md).
+"""
 
 from collections.abc import Callable, Sequence
 from math import degrees, inf, pi, tau
