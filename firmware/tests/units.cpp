@@ -272,6 +272,8 @@ static void dead_duty()
     with.drive(brake, TWBAL_DRIVE_TORQUE, true);
     without.drive(brake, TWBAL_DRIVE_TORQUE, true);
     check(near(bench.left_duty, 0.8f * same.left_duty - 0.2f, 1e-5f), "in its direction, and not in that of the motion");
+    with.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
+    check(near(bench.left_duty, 0.5f, 1e-6f), "a voltage is put out as it is");
     with.drive(twbal::WheelCommands{NAN, 0.0f}, TWBAL_DRIVE_TORQUE, true);
     check(bench.left_duty == 0.0f, "no number, no duty, also with a dead duty");
     bench.volts = NAN;

@@ -16,7 +16,7 @@ static const float WHEEL_RADIUS = 0.034f, TRACK = 0.25f, YAW_INERTIA = 0.0055f; 
 // resistance U / I (with that of the bridge) and, for the whole gear motor, torque_constant * gear = T / I.
 static const twbal::Motor MOTOR = {7.0f, 0.0098f, 30.0f};
 static const float MOTOR_VOLTAGE_LIMIT = 12.0f; // [V]
-static const float DEAD_DUTY = 0.0f; // smallest duty that turns a wheel in the air, if you know it
+static const float DEAD_DUTY = 0.0f; // smallest duty that turns a wheel in the air, if you know it; for torques only
 static const float NOMINAL_BATTERY = 11.1f; // [V]; used where BATTERY_PIN is -1
 static const int BATTERY_PIN = -1;
 static const float BATTERY_DIVIDER = 4.0f; // battery voltage for a volt at the pin

@@ -29,7 +29,7 @@ struct ImuSample {
 
 struct Build {
     Motor motor;          // one of them, as both are alike
-    float dead_duty;      // duty below which a motor does not turn; 0: unknown
+    float dead_duty;      // duty below which a motor does not turn, which torques get beside theirs; 0: unknown
     float left_counts;    // of a turn of the wheel; negative where the count falls as it rolls forward
     float right_counts;
     float time_constant;  // of the attitude filter [s]
@@ -130,12 +130,14 @@ private:
     bool imu_lives() const { return odd_samples_ < FROZEN; }
 
     // At a command of exactly 0 the bridge is off: a back-EMF that is too large, by a wrong count or gear, would drive on a
-    // wheel that a hand turns. The dead duty has the sign of the command, so that it never drives on what brakes.
+    // wheel that a hand turns. The dead duty has the sign of the torque, so that it never drives on what brakes; a voltage
+    // is put out as it is.
     float duty_of(float command, float rate, uint8_t unit, float battery) const
     {
-        const float voltage
-            = unit == TWBAL_DRIVE_VOLTAGE ? command : build_.motor.voltage(command, rate, battery);
-        const float share = duty(voltage, battery);
+        if (unit == TWBAL_DRIVE_VOLTAGE) {
+            return duty(command, battery);
+        }
+        const float share = duty(build_.motor.voltage(command, rate, battery), battery);
         if (command == 0.0f || share == 0.0f) { // share: also where the command or the battery is no number
             return 0.0f;
         }
