@@ -3,10 +3,12 @@
 // wait for the host.
 //
 //     balboa_line <ms that it lasts> <1: the host reads, 0: it does not> <frames of the host, 5 ms apart, as hexadecimal>
+//                 [<register of the IMU> <writes to it that are lost>]
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "../boards/balboa/main.cpp"
+#include "fake_imu.h"
 
 namespace {
 
@@ -16,7 +18,6 @@ uint64_t now_us = 0;
 const char* said = ""; // by the host, and not yet read by the robot
 size_t filled = 0, ready = 0; // bytes in the packet that is being filled, and in the one that waits for the host
 unsigned waited = 0;          // writes that could not end before the host had fetched a packet
-int reading = 0;              // of the IMU; its last digit changes
 
 // A packet that is full, or as old as a millisecond, is for the host, if the one before was fetched.
 void hand_over()
@@ -58,20 +59,6 @@ bool SerialStub::dtr() { return true; }
 void SerialStub::begin(unsigned long) {}
 SerialStub Serial;
 
-void WireStub::begin() {}
-void WireStub::setClock(uint32_t) {}
-void WireStub::setWireTimeout(uint32_t, bool) {}
-void WireStub::beginTransmission(uint8_t) {}
-void WireStub::write(uint8_t) {}
-uint8_t WireStub::endTransmission(bool) { return 0; }
-uint8_t WireStub::requestFrom(uint8_t, uint8_t count)
-{
-    ++reading;
-    return count;
-}
-int WireStub::read() { return reading & 1; }
-WireStub Wire;
-
 void Balboa32U4Motors::setSpeeds(int16_t, int16_t) {}
 int16_t Balboa32U4Encoders::getCountsAndResetLeft() { return 0; }
 int16_t Balboa32U4Encoders::getCountsAndResetRight() { return 0; }
@@ -81,8 +68,12 @@ void wdt_reset() {}
 
 int main(int count, char** words)
 {
-    if (count != 4) {
+    if (count != 4 && count != 6) {
         return 2;
+    }
+    if (count == 6) {
+        fake_imu.loses = static_cast<uint8_t>(atoi(words[4]));
+        fake_imu.lost = atol(words[5]);
     }
     const int lasts = atoi(words[1]);
     const bool host_reads = atoi(words[2]) != 0;

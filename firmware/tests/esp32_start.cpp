@@ -1,8 +1,12 @@
-// The ESP32's board file on this computer: prints how long a loop may hang before the board is reset [ms], 0 where it may
-// hang for ever, once the board has started.
+// The ESP32's board file on this computer, once the board has started: prints how long a loop may hang before the board is
+// reset [ms], 0 where it may hang for ever; and the first of 100 samples of the IMU that is taken, 0 where none is.
+//
+//     esp32_start [<register of the IMU> <writes to it that are lost>]
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "../boards/esp32/main.cpp"
+#include "fake_imu.h"
 
 namespace {
 
@@ -46,20 +50,18 @@ int SerialStub::read() { return 0; }
 size_t SerialStub::write(const uint8_t*, size_t size) { return size; }
 SerialStub Serial;
 
-void WireStub::begin(int, int) {}
-void WireStub::setClock(uint32_t) {}
-void WireStub::setTimeOut(uint16_t) {}
-void WireStub::beginTransmission(uint8_t) {}
-void WireStub::write(uint8_t) {}
-uint8_t WireStub::endTransmission(bool) { return 0; }
-uint8_t WireStub::requestFrom(uint8_t, uint8_t count) { return count; }
-int WireStub::read() { return 0; }
-WireStub Wire;
-
-int main()
+int main(int count, char** words)
 {
+    if (count == 3) {
+        fake_imu.loses = static_cast<uint8_t>(atoi(words[1]));
+        fake_imu.lost = atol(words[2]);
+    }
     setup();
+    int sample = 1;
+    for (twbal::ImuSample seen; sample <= 100 && !hardware.read_imu(seen);) {
+        ++sample;
+    }
     loop();
-    printf("%u\n", resets && is_watched ? patience_ms : 0u);
+    printf("%u %d\n", resets && is_watched ? patience_ms : 0u, sample <= 100 ? sample : 0);
     return 0;
 }

@@ -11,12 +11,17 @@ from twbal.link.protocol import Arm, Command, Fault, Hello, Status, Stop, Teleme
 pytestmark = needs_compiler
 
 
-def talk(milliseconds, *messages, host_reads=True):
-    """What the robot says to messages 5 ms apart, and how often it had to wait for the host to take it."""
+def talk(milliseconds, *messages, host_reads=True, lost=()):
+    """What the robot says to messages 5 ms apart, and how often it had to wait for the host to take it.
+
+    Args:
+        host_reads: whether the host takes what the robot says.
+        lost: a register of the IMU, and how many writes to it are lost.
+    """
     program = build_folder() / "balboa_line"
     make(str(program))
     frames = " ".join(to_wire(message).hex() for message in messages)
-    words = [program, str(milliseconds), str(int(host_reads)), frames]
+    words = [program, str(milliseconds), str(int(host_reads)), frames, *map(str, lost)]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     said, waited = done.stdout.splitlines()
     return Decoder().feed(bytes.fromhex(said)), int(waited)
@@ -44,3 +49,11 @@ def test_a_host_that_does_not_read_never_holds_the_loop(milliseconds):
     said, waited = talk(milliseconds, Hello(1), Arm(2, 0), *commands, host_reads=False)
     assert waited == 0
     assert isinstance(said[0], Welcome)
+
+
+@pytest.mark.parametrize("register", [0x10, 0x11, 0x12])
+def test_a_robot_whose_imu_is_not_set_up_is_not_armed(register):
+    (_, fault), _ = talk(100, Hello(1), Arm(2, 0), lost=(register, 10**6))
+    assert isinstance(fault, Fault) and fault.text == "the sensors do not answer"
+    (_, armed, *_), _ = talk(100, Hello(1), Arm(2, 0), lost=(register, 2))
+    assert isinstance(armed, Telemetry) and armed.status & Status.ARMED

@@ -67,11 +67,24 @@ def test_the_esp32s_board_file_is_compiled_by_the_compilers_that_are_here(tmp_pa
     assert all(re.search("bytes of flash, .* of RAM|not compiled: .* not here", line) for line in said)
 
 
-@pytest.mark.parametrize(("version", "most_ms"), [(2, 1000), (3, 200)])
-def test_an_esp32_whose_loop_hangs_is_reset_as_soon_as_arduino_can(version, most_ms):
+def esp32_start(version, *words):
+    """How long a loop of the ESP32 may hang [ms], and the first sample of its IMU that it takes."""
     started = build_folder() / f"esp32_start_{version}"
     make(str(started))
-    assert 0 < int(subprocess.run([started], capture_output=True, text=True, check=True).stdout) <= most_ms
+    done = subprocess.run([started, *map(str, words)], capture_output=True, text=True, check=True)
+    return tuple(map(int, done.stdout.split()))
+
+
+@pytest.mark.parametrize(("version", "most_ms"), [(2, 1000), (3, 200)])
+def test_an_esp32_whose_loop_hangs_is_reset_as_soon_as_arduino_can(version, most_ms):
+    patience, _ = esp32_start(version)
+    assert 0 < patience <= most_ms
+
+
+@pytest.mark.parametrize("register", [0x6B, 0x1A, 0x1B, 0x1C])
+def test_no_sample_of_an_esp32s_imu_is_taken_until_its_registers_hold_what_was_written(register):
+    first = [esp32_start(3, register, lost)[1] for lost in (0, 1, 5, 10**6)]
+    assert first == [1, 2, 6, 0]
 
 
 def test_another_policy_or_none_builds_the_program_anew_and_the_same_one_does_not(tmp_path):

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "../arduino_loop.h"
+#include "../imu_registers.h"
 
 #ifdef TWBAL_WITH_POLICY
 #include "twbal/policy_on_board.h"
@@ -28,6 +29,11 @@ const float COUNTS = 12.0f * 110.1f; // of a turn of the wheel
 const twbal::Build BUILD = {{2.70f, 3.2e-3f, 110.1f}, 0.0f, COUNTS, COUNTS, 0.5f, 0.01f, true};
 
 const uint8_t IMU = 0x6B;
+const twbal::ImuRegister IMU_REGISTERS[] = {
+    {0x10, 0x58}, // acceleration: 208 Hz, 4 g
+    {0x11, 0x54}, // gyro: 208 Hz, 500 degrees/s
+    {0x12, 0x04}, // addresses go on by themselves
+};
 const float GYRO_UNIT = 17.5e-3f * 0.01745329f; // at 500 degrees/s [rad/s]
 
 class Hardware {
@@ -37,16 +43,19 @@ public:
         Wire.begin();
         Wire.setClock(400000);
         Wire.setWireTimeout(3000, true); // us; a bus that hangs must not hold the loop
-        set_register(0x10, 0x58);        // acceleration: 208 Hz, 4 g
-        set_register(0x11, 0x54);        // gyro: 208 Hz, 500 degrees/s
-        set_register(0x12, 0x04);        // addresses go on by themselves
     }
 
+    // False, also, until the IMU is set up; and it is set up anew where it did not answer, as it may have started anew.
     bool read_imu(twbal::ImuSample& seen)
     {
+        is_set_up_ = is_set_up_ || twbal::set_up(IMU, IMU_REGISTERS);
+        if (!is_set_up_) {
+            return false;
+        }
         Wire.beginTransmission(IMU);
         Wire.write(0x22);
         if (Wire.endTransmission(false) != 0 || Wire.requestFrom(IMU, static_cast<uint8_t>(12)) != 12) {
+            is_set_up_ = false;
             return false;
         }
         int16_t raw[6]; // rates, accelerations
@@ -101,19 +110,12 @@ public:
     void forget_waiting() { waits_ = 0; }
 
 private:
-    static void set_register(uint8_t place, uint8_t value)
-    {
-        Wire.beginTransmission(IMU);
-        Wire.write(place);
-        Wire.write(value);
-        Wire.endTransmission();
-    }
-
     Balboa32U4Motors motors_;
     Balboa32U4Encoders encoders_;
     int32_t left_ = 0, right_ = 0;
     uint8_t waiting_[144]; // two frames of telemetry
     size_t waits_ = 0;
+    bool is_set_up_ = false;
 };
 
 Hardware hardware;

@@ -4,6 +4,7 @@
 #include <esp_task_wdt.h>
 
 #include "../arduino_loop.h"
+#include "../imu_registers.h"
 #include "robot_config.h"
 
 #ifdef TWBAL_WITH_POLICY
@@ -21,7 +22,13 @@ void IRAM_ATTR on_left() { left_counted += digitalRead(LEFT_A) == digitalRead(LE
 void IRAM_ATTR on_right() { right_counted += digitalRead(RIGHT_A) == digitalRead(RIGHT_B) ? 1 : -1; }
 
 const uint8_t IMU = 0x68;
-const float GYRO_UNIT = 500.0f / 32768.0f * 0.01745329f; // of the range set below [rad/s]
+const twbal::ImuRegister IMU_REGISTERS[] = {
+    {0x6B, 0x01}, // awake, clock of the gyro
+    {0x1A, 0x02}, // low-pass at 94 Hz
+    {0x1B, 0x08}, // 500 degrees/s
+    {0x1C, 0x08}, // 4 g
+};
+const float GYRO_UNIT = 500.0f / 32768.0f * 0.01745329f; // at 500 degrees/s [rad/s]
 
 class Hardware {
 public:
@@ -30,10 +37,6 @@ public:
         Wire.begin(SDA_PIN, SCL_PIN);
         Wire.setClock(400000);
         Wire.setTimeOut(3); // ms; a bus that hangs must not hold the loop
-        set_register(0x6B, 0x01); // awake, clock of the gyro
-        set_register(0x1A, 0x02); // low-pass at 94 Hz
-        set_register(0x1B, 0x08); // 500 degrees/s
-        set_register(0x1C, 0x08); // 4 g
         const int outputs[] = {LEFT_IN1, LEFT_IN2, RIGHT_IN1, RIGHT_IN2};
         for (int pin : outputs) {
             pinMode(pin, OUTPUT);
@@ -53,11 +56,17 @@ public:
         attachInterrupt(digitalPinToInterrupt(RIGHT_A), on_right, CHANGE);
     }
 
+    // False, also, until the IMU is set up; and it is set up anew where it did not answer, as it may have started anew.
     bool read_imu(twbal::ImuSample& seen)
     {
+        is_set_up_ = is_set_up_ || twbal::set_up(IMU, IMU_REGISTERS);
+        if (!is_set_up_) {
+            return false;
+        }
         Wire.beginTransmission(IMU);
         Wire.write(0x3B);
         if (Wire.endTransmission(false) != 0 || Wire.requestFrom(IMU, static_cast<uint8_t>(14)) != 14) {
+            is_set_up_ = false;
             return false;
         }
         int16_t raw[7]; // accelerations, temperature, rates
@@ -93,14 +102,6 @@ public:
 private:
     static const int PWM_BITS = 10, PWM_HZ = 20000;
 
-    static void set_register(uint8_t place, uint8_t value)
-    {
-        Wire.beginTransmission(IMU);
-        Wire.write(place);
-        Wire.write(value);
-        Wire.endTransmission();
-    }
-
     static void attach_pwm(int pin, int channel)
     {
 #if ESP_ARDUINO_VERSION_MAJOR >= 3
@@ -125,6 +126,8 @@ private:
         ledcWrite(static_cast<uint8_t>(channel), share);
 #endif
     }
+
+    bool is_set_up_ = false;
 };
 
 const twbal::Build BUILD = {MOTOR, DEAD_DUTY, LEFT_COUNTS, RIGHT_COUNTS, 0.5f, 1e-6f * CONTROL_PERIOD_US,
