@@ -34,9 +34,6 @@ class Hardware {
 public:
     void begin()
     {
-        Wire.begin(SDA_PIN, SCL_PIN);
-        Wire.setClock(400000);
-        Wire.setTimeOut(3); // ms; a bus that hangs must not hold the loop
         const int outputs[] = {LEFT_IN1, LEFT_IN2, RIGHT_IN1, RIGHT_IN2};
         for (int pin : outputs) {
             pinMode(pin, OUTPUT);
@@ -48,6 +45,9 @@ public:
             pinMode(STANDBY, OUTPUT);
             digitalWrite(STANDBY, HIGH);
         }
+        Wire.begin(SDA_PIN, SCL_PIN);
+        Wire.setClock(400000);
+        Wire.setTimeOut(3); // ms; a bus that hangs must not hold the loop
         const int inputs[] = {LEFT_A, LEFT_B, RIGHT_A, RIGHT_B};
         for (int pin : inputs) {
             pinMode(pin, INPUT);
@@ -162,9 +162,9 @@ void watch_loop()
 
 void setup()
 {
+    hardware.begin(); // first, as it holds the motors off
     Serial.setRxBufferSize(1024);
     Serial.begin(921600);
-    hardware.begin();
     watch_loop();
 }
 

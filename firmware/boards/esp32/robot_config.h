@@ -30,7 +30,8 @@ static const int SDA_PIN = 21, SCL_PIN = 22;
 // 34 to 39 have no pull-up of their own: encoders with open collectors need a resistor of 10 kilohm to 3.3 V.
 static const int LEFT_A = 34, LEFT_B = 35, RIGHT_A = 36, RIGHT_B = 39;
 static const int LEFT_PWM = 25, LEFT_IN1 = 26, LEFT_IN2 = 27; // of TB6612 PWMA, AIN1, AIN2; of L298N ENA, IN1, IN2
-static const int RIGHT_PWM = 14, RIGHT_IN1 = 18, RIGHT_IN2 = 19; // not 12, which decides how the board boots
+static const int RIGHT_PWM = 23, RIGHT_IN1 = 18, RIGHT_IN2 = 19;
+// None of a motor is 0, 2, 5, 12 or 15, which decide how the board boots, or 14, which has a pull-up after a reset.
 static const int STANDBY = 33; // STBY of TB6612; -1: none
 static const bool LEFT_REVERSED = false, RIGHT_REVERSED = true;
 
