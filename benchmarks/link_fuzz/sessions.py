@@ -32,7 +32,7 @@ def message(rng: random.Random, seq: int) -> Message:
             return Command(seq, number(rng, 30), number(rng, 20))
         case "f":
             heading = math.nan if rng.random() < 0.8 else number(rng, 3)
-            return Follow(seq, number(rng, 1), number(rng, 1), heading, number(rng, 1))
+            return Follow(seq, number(rng, 1), number(rng, 1), heading, number(rng, 1), rng.choice((0, 0, 1, 255)))
         case _:
             return rng.choice((Fault(seq, "no"), Welcome(seq, 2, 20_000, 1.0, name="r"), Welcome(seq, 9)))
 

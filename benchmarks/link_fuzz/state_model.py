@@ -1,7 +1,7 @@
 """When a robot's motors may be on, and what they get: the rules of docs/protocol.md, apart from any firmware.
 
 The robot is that of `firmware/tests/fake_board.h`: limits of 20 and 10 N·m, 20 ms, and a policy that gives twice the
-tilt and the reference's place, and the reference's speed as difference.
+tilt, the reference's place and 0.5 where that gives way, and the reference's speed as difference.
 """
 
 import math
@@ -13,7 +13,7 @@ from twbal.link.protocol import Arm, Command, Drive, Follow, Hello, Stop
 STRANGE, OFF, ARMED, TRIPPED = range(4)
 PERIOD, WATCHDOG, ON_BOARD_WATCHDOG = 20_000, 100_000, 10_000_000  # µs
 TILT_LIMIT, TOTAL, DIFFERENCE = 1.0, 20.0, 10.0
-AT_REST = (0.0, 0.0)
+AT_REST, HERE = (0.0, 0.0), (0.0, 0.0, 0)
 
 
 def cut(total: float, difference: float) -> tuple[float, float]:
@@ -35,7 +35,7 @@ class StateModel:
         self._decoder = Decoder(2)
         self._tilt = self._rate = 0.0
         self._tick = self._heard = 0
-        self._drive, self._reference = Drive.TORQUE, AT_REST
+        self._drive, self._reference = Drive.TORQUE, HERE
 
     @property
     def output(self) -> tuple[float, float]:
@@ -68,7 +68,7 @@ class StateModel:
         if self.state != ARMED:
             return
         if self._drive is Drive.ON_BOARD and silence > WATCHDOG:
-            self._reference = (self._reference[0], 0.0)
+            self._reference = (self._reference[0], 0.0, self._reference[2])
         if silence > (ON_BOARD_WATCHDOG if self._drive is Drive.ON_BOARD else WATCHDOG):
             self.state = TRIPPED
 
@@ -78,8 +78,8 @@ class StateModel:
         if not (math.isfinite(self._tilt) and math.isfinite(self._rate)) or abs(self._tilt) > TILT_LIMIT:
             self.state = TRIPPED
         elif self._drive is Drive.ON_BOARD:
-            place, speed = self._reference
-            self._asked = cut(2.0 * self._tilt + place, speed)
+            place, speed, gives_way = self._reference
+            self._asked = cut(2.0 * self._tilt + place + (0.5 if gives_way else 0.0), speed)
 
     def _take(self, message: Message, now: int) -> None:
         if isinstance(message, Hello):
@@ -93,7 +93,7 @@ class StateModel:
             case Arm(drive=Drive.VOLTAGE):
                 pass  # it takes no voltages
             case Arm(drive=drive):
-                self.state, self._drive, self._asked, self._reference = ARMED, drive, AT_REST, AT_REST
+                self.state, self._drive, self._asked, self._reference = ARMED, drive, AT_REST, HERE
                 self._tick = self._heard = now
                 self._look()
             case Stop():
@@ -102,7 +102,7 @@ class StateModel:
                 finite = math.isfinite(total) and math.isfinite(difference)
                 if self.state == ARMED and self._drive is Drive.TORQUE and finite:
                     self._asked, self._heard = cut(total, difference), now
-            case Follow(position=place, speed=speed, heading=heading, yaw_rate=turn):
+            case Follow(position=place, speed=speed, heading=heading, yaw_rate=turn, gives_way=gives_way):
                 finite = all(map(math.isfinite, (place, speed, turn))) and not math.isinf(heading)
                 if self.state == ARMED and self._drive is Drive.ON_BOARD and finite:
-                    self._reference, self._heard = (place, speed), now
+                    self._reference, self._heard = (place, speed, gives_way), now

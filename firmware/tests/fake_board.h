@@ -35,14 +35,14 @@ struct FakeBoard {
     }
 };
 
-// Commands twice the tilt, and the reference's speed as difference.
+// Commands twice the tilt, the reference's place and 0.5 where that gives way; and the reference's speed as difference.
 struct FakePolicy {
     int calls = 0;
     void reset() { calls = 0; }
     twbal::WheelCommands step(const twbal::Sensed& seen, float, const twbal_follow& order)
     {
         ++calls;
-        return twbal::WheelCommands{2.0f * seen.tilt + order.position, order.speed};
+        return twbal::WheelCommands{2.0f * seen.tilt + order.position + (order.gives_way ? 0.5f : 0.0f), order.speed};
     }
 };
 

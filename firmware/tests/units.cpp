@@ -385,7 +385,7 @@ static void on_board()
     check(robot.output().total == 0.5f, "the policy drives from the first observation on");
     tell(robot, twbal_command{TWBAL_TYPE_COMMAND, 3, 9.0f, 0.0f}, 0);
     check(robot.output().total == 0.5f, "a Command is refused");
-    tell(robot, twbal_follow{TWBAL_TYPE_FOLLOW, 4, 1.0f, 0.0f, NAN, 0.0f}, 0);
+    tell(robot, twbal_follow{TWBAL_TYPE_FOLLOW, 4, 1.0f, 0.0f, NAN, 0.0f, 0}, 0);
     uint32_t on_until = 0;
     for (uint32_t now = 0; now < 12000000; now += 5000) {
         robot.run(now);

@@ -34,7 +34,7 @@ SAID = [
     Arm1(2, 7),
     Command(3, -1.5, 0.5),
     Command1(3, -1.5),
-    Follow(3, 1.0, 0.5, 1.5, 0.25),
+    Follow(3, 1.0, 0.5, 1.5, 0.25, 1),
     PoseReport(3, 1, 0.5, -0.25, 3.0, 1.5),
     Telemetry(3, 1, 20_000, Status.ARMED, *(0.125 * k for k in range(8))),
     Telemetry1(3, 1, 20_000, Status.ARMED, *(0.125 * k for k in range(8))),

@@ -53,6 +53,7 @@ MESSAGES = [
     Command(0, 0.0),
     Command1(3, -1.5),
     Follow(4, 1.5, -0.25, 3.125, 0.5),
+    Follow(4, 1.5, -0.25, 3.125, 0.5, 1),
     Stop(0),
     TELEMETRY,
     TELEMETRY_1,

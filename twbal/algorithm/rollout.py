@@ -223,8 +223,8 @@ class _Record:
 
     def tell(self, plant: Plant) -> None:
         """Tell the robot the reference at the last observation, where there is one."""
-        if self._reference is not None:
-            plant.follow(self._reference.motion.position, self._reference.motion.speed)
+        if (reference := self._reference) is not None:
+            plant.follow(reference.motion.position, reference.motion.speed, reference.gives_way)
 
     def shown_to(self, watch: Watch | None) -> Ending | None:
         """What `watch` says to the last observation."""

@@ -113,12 +113,15 @@ class Plant(ABC):
         """What the motors were given in the last control period, where the robot decides that; None: the command."""
         return None
 
-    def follow(self, position: float, speed: float) -> None:  # noqa: B027, most robots need it not
+    def follow(  # noqa: B027, most robots need it not
+        self, position: float, speed: float, gives_way: bool = False
+    ) -> None:
         """Tell a policy that drives on board of the robot the reference, from the next step on.
 
         Args:
             position: along the robot's way, from where it was put [m].
             speed: [m/s].
+            gives_way: whether it waits for a robot that cannot follow (`Reference`).
         """
 
     def steer(self, difference: float) -> None:

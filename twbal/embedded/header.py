@@ -31,7 +31,7 @@ _HEADER = """\
 
 #include <math.h>
 
-#define TWBAL_POLICY_VERSION 1
+#define TWBAL_POLICY_VERSION 2
 #define TWBAL_POLICY_CHANNELS {width}
 #define TWBAL_POLICY_LAGS {lags}
 #define TWBAL_POLICY_MAX_COMMAND {max_command}

@@ -113,6 +113,7 @@ class Follow(Message):
     speed: Annotated[float, F32, "m/s"]
     heading: Annotated[float, F32, "rad; from that at arming, positive to the left; NaN: do not control it"]
     yaw_rate: Annotated[float, F32, "rad/s"]
+    gives_way: Annotated[int, U8, "not 0: it waits for a robot that cannot follow, and integrals do not grow"] = 0
 
     TYPE: ClassVar[int] = 0x07
 

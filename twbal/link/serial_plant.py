@@ -84,7 +84,7 @@ class SerialPlant(Plant):
         self._line, self._port, self.deploy = Exchange(transport), transport.name, deploy
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
         self._confirm_placed, self._motor, self._on_board = confirm_placed, motor, on_board
-        self._reference = (0.0, 0.0)  # position and speed, for the policy on board [m], [m/s]
+        self._reference, self._gives_way = (0.0, 0.0), False  # position [m] and speed [m/s], for the policy on board
         self._armed = self._lost = self._closed = False
         self._unstopped: MotorsOnError | None = None  # what is known of motors that may still be on
         self._notes = LineNotes(self._line)
@@ -164,7 +164,7 @@ class SerialPlant(Plant):
         self._armed = True  # as far as can be known: from here on the way out must disarm
         drive = Drive.TORQUE if self._motor is None else Drive.VOLTAGE
         drive = Drive.ON_BOARD if self._on_board else drive
-        self._reference = (0.0, 0.0)
+        self._reference, self._gives_way = (0.0, 0.0), False
         self._last = self._telemetry(Arm(self._line.next_number(), trial, drive), self._arm_timeout)
         self._notes.begin()  # while it armed, it may have been asked again and again
         if not self._last.status & Status.ARMED:
@@ -212,16 +212,16 @@ class SerialPlant(Plant):
     def _order(self, command: float) -> Message:
         number = self._line.next_number()
         if self._on_board:
-            return Follow(number, *self._reference, heading=math.nan, yaw_rate=0.0)
+            return Follow(number, *self._reference, heading=math.nan, yaw_rate=0.0, gives_way=int(self._gives_way))
         return Command(number, *self._clip(command))
 
     def applied(self) -> float | None:
         """What the policy on board gave the motors in the last control period; None where the host drives."""
         return self._last.applied if self._on_board else None
 
-    def follow(self, position: float, speed: float) -> None:
+    def follow(self, position: float, speed: float, gives_way: bool = False) -> None:
         """Set the reference of the policy on board; see `Plant.follow`."""
-        self._reference = (position, speed)
+        self._reference, self._gives_way = (position, speed), gives_way
 
     def steer(self, difference: float) -> None:
         """Set the difference of the wheel torques; see `Plant.steer`.

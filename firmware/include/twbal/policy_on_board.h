@@ -9,7 +9,7 @@
 
 namespace twbal {
 
-static_assert(TWBAL_POLICY_VERSION == 1, "policy.h is of another version of twbal: export the policy again");
+static_assert(TWBAL_POLICY_VERSION == 2, "policy.h is of another version of twbal: export the policy again");
 
 // Whether the policy is of a control period; for static_assert in board files.
 constexpr bool policy_is_of_period(float microseconds)
@@ -28,7 +28,7 @@ public:
     {
         const twbal_observation observation = {period, seen.tilt, seen.tilt_rate, or_zero(seen.acceleration),
             seen.wheel_angle, seen.wheel_rate, or_zero(seen.yaw_rate)};
-        const twbal_reference reference = {order.position, order.speed, 0};
+        const twbal_reference reference = {order.position, order.speed, order.gives_way};
         const float total = twbal_policy_step(&memory_, &observation, &reference);
         return WheelCommands{total, heading_.difference(order.heading - seen.heading, order.yaw_rate - seen.yaw_rate)};
     }

@@ -98,6 +98,7 @@ typedef struct {
     float speed;                     /* m/s */
     float heading;                   /* rad; from that at arming, positive to the left; NaN: do not control it */
     float yaw_rate;                  /* rad/s */
+    uint8_t gives_way;               /* not 0: it waits for a robot that cannot follow, and integrals do not grow */
 } twbal_follow;
 
 /* Robot: who I am. Of an unknown version only the version is read, the rest stays empty. */
@@ -169,7 +170,7 @@ TWBAL_ASSERT_SIZE(twbal_hello, 5);
 TWBAL_ASSERT_SIZE(twbal_stop, 3);
 TWBAL_ASSERT_SIZE(twbal_arm, 8);
 TWBAL_ASSERT_SIZE(twbal_command, 11);
-TWBAL_ASSERT_SIZE(twbal_follow, 19);
+TWBAL_ASSERT_SIZE(twbal_follow, 20);
 TWBAL_ASSERT_SIZE(twbal_welcome, 32);
 TWBAL_ASSERT_SIZE(twbal_fault, 3);
 TWBAL_ASSERT_SIZE(twbal_pose_report, 21);

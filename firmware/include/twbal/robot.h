@@ -219,7 +219,7 @@ private:
         seen_us_ = tick_us_;
         told(now_us);
         policy_.reset();
-        follow_ = twbal_follow{TWBAL_TYPE_FOLLOW, 0, 0.0f, 0.0f, NAN, 0.0f};
+        follow_ = twbal_follow{TWBAL_TYPE_FOLLOW, 0, 0.0f, 0.0f, NAN, 0.0f, 0};
         look(now_us);
         report();
     }

@@ -73,7 +73,7 @@ sub is_utf8 { return defined eval { Encode::decode('UTF-8', my $copy = $_[0], En
 sub is_known {    # whether type, length, enumerations and text are those of a message of the protocol
     my ($payload) = @_;
     my $type = ord $payload;
-    my %length = (HELLO, 5, STOP, 3, ARM, 8, COMMAND, 11, FOLLOW, 19, POSE_REPORT, 21, TELEMETRY, 66);
+    my %length = (HELLO, 5, STOP, 3, ARM, 8, COMMAND, 11, FOLLOW, 20, POSE_REPORT, 21, TELEMETRY, 66);
     return length $payload >= 3 && is_utf8(substr $payload, 3) if $type == FAULT;
     if ($type == WELCOME) {
         return 0 if length $payload < 5;
@@ -285,7 +285,7 @@ sub obey {    # a new message
     my ($type, $rest) = @_;
     return fault('a message of a robot') if $type >= 0x80;
     return arm(unpack 'VC', $rest) if $type == ARM;
-    return take($type, unpack 'f<*', $rest) if $type != STOP;
+    return take($type, unpack $type == FOLLOW ? 'f<4C' : 'f<2', $rest) if $type != STOP;
     switch_off('off');
     send_answer(telemetry());
 }
