@@ -36,11 +36,19 @@ def test_the_firmware_in_a_hand_passes_and_its_sheet_is_written(monkeypatch, cap
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1) as robot:
         try:
             port = next(line for line in robot.stdout if line.startswith("port ")).split()[1]
-            monkeypatch.setattr(sys, "stdin", Person(robot, ["", "l", "a", "d"]))
+            monkeypatch.setattr(sys, "stdin", Person(robot, ["", "l", "a", "d", "t"]))
             assert main(["check-link", "robot=esp32", "link=serial", f"link.port={port}", *QUICK]) == 0
         finally:
             robot.terminate()
     said = capsys.readouterr().out
-    for row in ("sensors at rest", "tilt sign", "left wheel sign", "right wheel sign", "torque sign", "watchdog"):
+    for row in (
+        "sensors at rest",
+        "tilt sign",
+        "left wheel sign",
+        "right wheel sign",
+        "yaw rate sign",
+        "torque sign",
+        "watchdog",
+    ):
         assert f"ok       {row}" in said
     assert "next  twbal lqr --config-dir=my_conf robot=my_esp32" in said
