@@ -1,5 +1,5 @@
-// The ESP32's board file on this computer, once the board has started: prints how long a loop may hang before the board is
-// reset [ms], 0 where it may hang for ever; and the first of 100 samples of the IMU that is taken, 0 where none is.
+// The ESP32's board file on this computer, once the board has started: prints how long a loop may hang before the board
+// is reset [ms], 0 where it may hang for ever; and the first of 100 samples of the IMU that is taken, 0 where none is.
 //
 //     esp32_start [<register of the IMU> <writes to it that are lost>]
 #include <stdio.h>

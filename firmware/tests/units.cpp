@@ -271,7 +271,7 @@ static void dead_duty()
     without.sense(brake, TWBAL_DRIVE_TORQUE, 0.01f);
     with.drive(brake, TWBAL_DRIVE_TORQUE, true);
     without.drive(brake, TWBAL_DRIVE_TORQUE, true);
-    check(near(bench.left_duty, 0.8f * same.left_duty - 0.2f, 1e-5f), "in its direction, and not in that of the motion");
+    check(near(bench.left_duty, 0.8f * same.left_duty - 0.2f, 1e-5f), "in its direction, not in the motion's");
     with.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
     check(near(bench.left_duty, 0.5f, 1e-6f), "a voltage is put out as it is");
     with.drive(twbal::WheelCommands{NAN, 0.0f}, TWBAL_DRIVE_TORQUE, true);

@@ -11,8 +11,8 @@ struct Motor {
     float torque_constant; // [N m/A], and of the EMF [V s/rad]
     float gear;            // turns of the rotor for one of the wheel
 
-    // Voltage for a torque at the wheel that turns at `rate`: u R / (N K) + N K rate. No motor turns so fast by itself that
-    // its back-EMF is beyond the supply's voltage: what is, by a wrong count or gear or a wheel that is pushed, is left out.
+    // Voltage for a torque at the wheel that turns at `rate`: u R / (N K) + N K rate. No motor turns so fast by itself
+    // that its back-EMF is beyond the supply's voltage: what is, by a wrong count or gear or a push, is left out.
     float voltage(float torque, float rate, float supply) const
     {
         return torque * resistance / (gear * torque_constant) + within(gear * torque_constant * rate, supply);

@@ -129,9 +129,9 @@ private:
 
     bool imu_lives() const { return odd_samples_ < FROZEN; }
 
-    // At a command of exactly 0 the bridge is off: a back-EMF that is too large, by a wrong count or gear, would drive on a
-    // wheel that a hand turns. The dead duty has the sign of the torque, so that it never drives on what brakes; a voltage
-    // is put out as it is.
+    // At a command of exactly 0 the bridge is off: a back-EMF that is too large, by a wrong count or gear, would drive
+    // on a wheel that a hand turns. The dead duty has the sign of the torque, so that it never drives on what brakes. A
+    // voltage is put out as it is.
     float duty_of(float command, float rate, uint8_t unit, float battery) const
     {
         if (unit == TWBAL_DRIVE_VOLTAGE) {
