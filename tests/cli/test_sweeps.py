@@ -7,14 +7,18 @@ import subprocess
 import sys
 
 import pytest
+from held_robot import DeafToStop, HeldRobot
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.plugins import Plugins
+from served import served
 
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
 from twbal.cli.sweep_results import job_lines
 from twbal.cli.sweeps import FailedJobError, Job, job_folder, with_job_folders
 from twbal.core.files import file_hash
+from twbal.link.protocol import Clock
+from twbal.virtual_robot.firmware import Firmware, Identity
 
 QUICK = ("rollouts=1", "steps=4", "workers=1")
 
@@ -159,6 +163,64 @@ def test_failures_of_an_earlier_go_are_not_told_again(capsys):
     capsys.readouterr()
     assert main(command("seed=-2,1")) == 1
     assert "seed=-1" not in error(capsys).partition("what is missing")[0]
+
+
+class Counted(HeldRobot):
+    """A held robot that counts how often it was armed."""
+
+    armed = -1  # as it is reset once when it is made
+
+    def reset(self, trial):
+        self.armed += 1
+        return super().reset(trial)
+
+
+def driven_in_a_sweep(firmware, robot, *words):
+    """`real-rollout` in a sweep of three jobs on one robot behind a port."""
+    quick = ("policy=random", "robot=upkie", "robot.control_period=0.02", "trials=1", "steps=3", "seed=0,1,2")
+    with served(firmware(robot, Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP))) as port:
+        link = ("link=serial", f"link.port={port}", "link.confirm_placed=null", "link.timeout=0.3")
+        return main(["real-rollout", "-m", *quick, *link, "hydra.sweep.dir=sweep", *words])
+
+
+def test_a_robot_that_does_not_confirm_its_stop_ends_the_sweep_and_is_not_armed_again(tmp_path, capsys):
+    robot = Counted()
+    assert driven_in_a_sweep(DeafToStop, robot) == 1
+    assert robot.armed == 1
+    said = error(capsys)
+    assert said.startswith("twbal: error: The robot held does not confirm that its motors are off, and THEY MAY STILL")
+    assert "So the sweep ended, and its next jobs were not begun" in said
+    assert said.endswith("hydra.sweep.dir=sweep") and "-m policy=random" in said
+    assert len(list((tmp_path / "sweep").glob("*/failure.log"))) == 1
+    assert driven_in_a_sweep(Firmware, Counted()) == 0  # the same words go on there
+    assert len(episodes(tmp_path)) == 4  # the interrupted one is kept
+
+
+def test_a_robot_that_is_gone_ends_the_sweep(capsys):
+    words = ("policy=random", "link=serial", "link.port=/dev/null", "seed=0,1", "hydra.sweep.dir=sweep")
+    assert main(["real-rollout", "-m", *words]) == 1
+    said = error(capsys)
+    assert said.startswith("twbal: error: /dev/null is no serial port.") and "So the sweep ended" in said
+
+
+def test_a_job_elsewhere_says_at_once_what_a_robot_failed_it_by():
+    """Its launcher begins the next ones, and hands on the error when all have ended."""
+    words = [sys.executable, "-c", ELSEWHERE, "policy=random", "link=serial", "link.port=/dev/null", "seed=0,1"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([*words, "hydra.sweep.dir=sweep"], env=environment, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.count("twbal: error: /dev/null is no serial port.") == 2
+    assert "2 jobs of the sweep failed" in done.stderr.splitlines()[-1]
+
+
+ELSEWHERE = """
+import pickle, sys
+from twbal.cli import launch
+from twbal.cli.main import main
+launch.Job = lambda stage: pickle.loads(pickle.dumps(Job(stage)))  # as a launcher hands it on
+from twbal.cli.sweeps import Job
+sys.exit(main(["real-rollout", "-m", *sys.argv[1:]]))
+"""
 
 
 def test_an_unknown_key_is_one_clear_error_and_nothing_is_run(tmp_path, capsys):

@@ -19,7 +19,7 @@ from twbal.cli.own_choices import refuse_packaged_names
 from twbal.cli.refused_words import refuse_words
 from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
-from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated, with_job_folders
+from twbal.cli.sweeps import FailedJobError, Job, StageFailed, SweepEnded, full_error, translated, with_job_folders
 
 
 def run_stage(stage: str, words: list[str], program: str) -> None:
@@ -46,6 +46,8 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
             hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(job)()
     except StageFailed as failed:
         raise translated(failed.error, stage) from failed.error
+    except SweepEnded as ended:
+        raise job.ended(ended.failure, words) from ended
     except FailedJobError as failed:
         raise job.failures(failed, words) from failed
     except (HydraException, OmegaConfBaseException) as error:

@@ -12,6 +12,7 @@ import os
 import re
 import secrets
 import shlex
+import sys
 import traceback
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -29,7 +30,7 @@ from twbal.cli.commands import parsed, refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration, refuse_unread
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sweep_results import FAILURE, job_lines
-from twbal.core.errors import ConfigError, SweepError, TwbalError
+from twbal.core.errors import ConfigError, LinkError, SweepError, TwbalError
 from twbal.core.files import write_atomically
 from twbal.core.threads import asked_threads
 
@@ -113,6 +114,17 @@ class FailedJobError(Exception):
         return self.message
 
 
+class SweepEnded(BaseException):
+    """Carries a failed job past Hydra, which would begin the next one.
+
+    Not an `Exception`, so that Hydra lets it pass.
+    """
+
+    def __init__(self, failure: FailedJobError) -> None:
+        super().__init__(failure)
+        self.failure = failure
+
+
 class Job:
     """What Hydra calls: for a single run, or for each job of a sweep, maybe in a process or on a machine elsewhere.
 
@@ -123,9 +135,11 @@ class Job:
     def __init__(self, stage: str) -> None:
         self._stage, self._threads, self._full_error = stage, asked_threads(), os.environ.get(_FULL_ERROR)
         self._sweep = secrets.token_hex(8)  # tells failures of this go from those of earlier ones in the same folder
+        self._is_elsewhere = False  # in a process that a launcher started
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
+        self._is_elsewhere = True
         os.environ.update(self._threads)  # in a process elsewhere, before it loads anything numeric
 
     def __call__(self, cfg: DictConfig) -> Any:
@@ -134,6 +148,7 @@ class Job:
         Raises:
             StageFailed: it failed, in a single run.
             FailedJobError: it failed, in a sweep.
+            SweepEnded: it failed by a robot on a port, in a sweep of this process.
         """
         hydra = HydraConfig.get()
         sweeps = hydra.mode == RunMode.MULTIRUN
@@ -154,9 +169,15 @@ class Job:
                 gc.enable()
                 value = stage_module.main(cfg)
         except Exception as error:
-            if sweeps:
-                raise self._noted(error) from error
-            raise StageFailed(error) from error
+            if not sweeps:
+                raise StageFailed(error) from error
+            failure = self._noted(error)
+            if not _fails_by_robot(translated(error, self._stage), cfg):
+                raise failure from error
+            if not self._is_elsewhere:
+                raise SweepEnded(failure) from error
+            print(f"twbal: error: {failure}", file=sys.stderr, flush=True)  # the launcher tells it when all jobs ended
+            raise failure from error
         if sweeps:
             (Path(HydraConfig.get().runtime.output_dir) / FAILURE).unlink(missing_ok=True)
         return value
@@ -171,6 +192,19 @@ class Job:
         folder = Path(hydra.runtime.output_dir)
         write_atomically(folder / FAILURE, f"{overrides}\n{said}\nsweep {self._sweep}\n\n{whole}")
         return FailedJobError(said, hydra.sweep.dir)
+
+    def ended(self, by: FailedJobError, words: Sequence[str]) -> SweepError:
+        """What ended the sweep at one of its jobs, and the command that does what is missing.
+
+        Args:
+            by: failure of that job.
+            words: with which the stage was called.
+        """
+        print("\n".join(job_lines(by.sweep)), flush=True)
+        return SweepError(
+            f"{by} So the sweep ended, and its next jobs were not begun: they would drive the same robot. Once that is "
+            f"mended, this does what is missing: {again(self._stage, words, by.sweep)}"
+        )
 
     def failures(self, first: FailedJobError, words: Sequence[str]) -> SweepError:
         """What failed in this sweep, and the command that does what is missing.
@@ -190,6 +224,11 @@ class Job:
             f"{count} failed: {which}. The folder of each has a {FAILURE}. Once that is mended, this does what is "
             f"missing: {again(self._stage, words, first.sweep)}"
         )
+
+
+def _fails_by_robot(error: Exception, cfg: DictConfig) -> bool:
+    """Whether a robot on a port failed a job, which a person has to look after before the next one drives it."""
+    return isinstance(error, LinkError) and "port" in (cfg.get("link") or {})
 
 
 def again(stage: str, words: Sequence[str], sweep: Path) -> str:
