@@ -32,6 +32,8 @@ def port_of(plant, firmware=0, torque_limit=4.0):
 
 
 def tried(plant, *words, **identity):
+    """Held against a packaged sheet with a torque limit near 4 N·m, unless the words name another one."""
+    words = words if any(word.startswith("robot=") for word in words) else ("robot=upkie", *words)
     with port_of(plant, **identity) as port:
         return main(["check-link", "link=serial", f"link.port={port}", *QUICK, *words])
 
@@ -178,15 +180,26 @@ def test_the_sheet_of_another_robot_is_not_written_into(tmp_path, capsys):
     assert path.read_text() == before
 
 
-def test_a_sheet_of_another_robot_is_told_before_a_person_is_asked_or_a_motor_turns(monkeypatch, capsys):
+@pytest.mark.parametrize("words", [["write_sheet=true"], ["write_sheet=false"], ["heed_check=false"]])
+def test_a_sheet_of_another_robot_is_told_before_a_person_is_asked_or_a_motor_turns(words, monkeypatch, capsys):
     robot = HeldRobot()
     robot.reset = lambda trial: pytest.fail("armed")
     monkeypatch.setattr(sys, "stdin", Terminal(""))
-    assert tried(robot, "write_sheet=true") == 1  # without robot=, so that of the paper, of 20 N·m
+    assert tried(robot, "robot=paper", *words) == 1  # of 20 N·m
     said = capsys.readouterr()
     assert "not fit to be driven: sheet." in said.err
     assert "choose its own by --config-dir=<folder> robot=<name>" in said.out
     assert "OFF THE GROUND" not in said.out
+
+
+def test_a_robot_that_announces_its_limit_in_another_unit_is_not_armed(capsys):
+    """esp32, of 0.98 N·m, whose firmware says 98, as of N·cm."""
+    robot = HeldRobot()
+    robot.reset = lambda trial: pytest.fail("armed")
+    assert tried(robot, "robot=esp32", "link.confirm_placed=null", torque_limit=98.0) == 1
+    said = capsys.readouterr().out
+    assert "problem  sheet      'esp32', torque limit 0.98 N·m (expected about the robot's, 98 N·m)" in said
+    assert "does the firmware announce its limit in another unit than N·m?" in said
 
 
 def test_motors_that_may_be_on_are_the_last_words(capsys):

@@ -13,14 +13,14 @@ from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.console import say
 from twbal.cli.robot_words import sheet_of
-from twbal.core.check import Check, CheckStatus, Measurement
+from twbal.core.check import Measurement
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.robot_sheet import VALUES, ValueProvenance, robot_sheet
 from twbal.link.checks.line import CONTROL_PERIOD
 from twbal.link.checks.procedure import LinkReport
-from twbal.link.sheet_check import is_beyond
+from twbal.link.sheet_check import is_beyond, is_of_another
 from twbal.sheets.editing import SheetEdit, edited, noted, renamed, sheet_values
 from twbal.sheets.link_record import build_number
 from twbal.sheets.writing import is_of_interview, number, written, written_at_most
@@ -29,7 +29,6 @@ FOLDER = Path("my_conf")
 """Of a person's own configuration, where none was named by --config-dir."""
 
 _SAME = 1e-5  # share by which a number of single precision may differ from the sheet's
-_OTHER_ROBOT = 3.0  # times the robot's torque: a sheet that says more is hardly its own
 
 
 class Written(NamedTuple):
@@ -82,13 +81,11 @@ def made_by_interview() -> bool:
         return False
 
 
-def sheet_check(torque_limit: float, robot: RobotParameters, file: SheetFile) -> Check:
-    """Whether a sheet can be that of a robot, before that robot is tried.
+def check_numbers(file: SheetFile) -> None:
+    """Check that what the robot is measured to have can be written into its sheet, before it is tried.
 
     Args:
-        torque_limit: that the robot announces [N·m].
-        robot: of this run.
-        file: its sheet.
+        file: the sheet.
 
     Raises:
         ConfigError: the sheet cannot be changed here.
@@ -96,13 +93,6 @@ def sheet_check(torque_limit: float, robot: RobotParameters, file: SheetFile) ->
     sheet = sheet_values(file.path.read_text(encoding="utf-8"))
     for key in ("control_period", "torque_limit"):
         _number(sheet, key)
-    found = f"{robot.name!r}, torque limit {robot.torque_limit:g} N·m"
-    if robot.torque_limit <= _OTHER_ROBOT * torque_limit:
-        return Check("sheet", CheckStatus.OK, found)
-    return Check(
-        *("sheet", CheckStatus.PROBLEM, found, f"about the robot's, {torque_limit:g} N·m"),
-        "It is hardly this robot's: choose its own by --config-dir=<folder> robot=<name>.",
-    )
 
 
 def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) -> Written:
@@ -148,7 +138,7 @@ def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[SheetEdit]:
     """What the sheet does not say as the robot does."""
     today = f"check-link {date.today()}"
     limit = _number(sheet, "torque_limit")
-    if limit > _OTHER_ROBOT * report.torque_limit:
+    if is_of_another(limit, report.torque_limit):
         raise ConfigError(
             f"The robot {report.robot!r} takes at most {report.torque_limit:g} N·m, and the sheet {sheet['name']!r} "
             f"says {limit:g} N·m: nothing was written into it. Is it the right one (robot=...)?"

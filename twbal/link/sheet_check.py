@@ -2,11 +2,35 @@
 
 from collections.abc import Sequence
 
+from twbal.core.check import Check, CheckStatus
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.link.protocol import Sensors
 from twbal.link.serial_plant import SerialPlant
+
+_OTHER_ROBOT = 3.0  # factor between two torque limits beyond which they are hardly of one robot
+
+
+def is_of_another(limit: float, robots_limit: float) -> bool:
+    """Whether the torque limit of a sheet is so far from that of a robot that it is hardly this robot's [N·m]."""
+    return not robots_limit / _OTHER_ROBOT <= limit <= robots_limit * _OTHER_ROBOT
+
+
+def limit_check(plant: SerialPlant, robot: RobotParameters) -> Check:
+    """Whether the sheet can be that of the robot, and the robot's torque limit in N·m, before the robot is tried.
+
+    Args:
+        plant: the robot.
+        robot: its sheet.
+    """
+    found = f"{robot.name!r}, torque limit {robot.torque_limit:g} N·m"
+    if not is_of_another(robot.torque_limit, plant.torque_limit):
+        return Check("sheet", CheckStatus.OK, found)
+    advice = "It is hardly this robot's: choose its own by --config-dir=<folder> robot=<name>."
+    if plant.torque_limit > robot.torque_limit:
+        advice = f"{advice} Or does the firmware announce its limit in another unit than N·m?"
+    return Check("sheet", CheckStatus.PROBLEM, found, f"about the robot's, {plant.torque_limit:g} N·m", advice)
 
 
 def is_beyond(torque: float, limit: float) -> bool:

@@ -6,7 +6,7 @@ import pytest
 from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesUp, damaging, lossy
 from pendulum import MemoryTransport, Pendulum
 
-from twbal.core.check import Check, CheckStatus
+from twbal.core.check import CheckStatus
 from twbal.core.errors import LinkLostError
 from twbal.link.checks.line import clock_check
 from twbal.link.checks.procedure import LinkTrial, check_link
@@ -32,8 +32,8 @@ class Bench:
     def time(self):
         return self.line.now_us * 1e-6 / self._fast
 
-    def verdicts(self, trial=TRIAL):
-        self.report = check_link(self.plant, trial, lambda _: None, clock=self.time)
+    def verdicts(self, trial=TRIAL, sheet=None):
+        self.report = check_link(self.plant, trial, lambda _: None, clock=self.time, sheet=sheet)
         self.found = {check.name: check for check in self.report.checks}
         return {name: check.verdict.value for name, check in self.found.items()}
 
@@ -207,14 +207,27 @@ def test_a_line_that_breaks_is_a_problem_and_what_follows_is_skipped():
     assert [verdicts[part] for part in ("stop", "watchdog", "by hand", "motors")] == ["skipped"] * 4
 
 
-def test_a_sheet_of_another_robot_is_a_problem_before_anything_is_tried():
-    bench, robot = Bench(HeldRobot()), "paper, torque limit 20 N·m"
-    said = []
-    sheet = Check("sheet", CheckStatus.PROBLEM, robot)
-    report = check_link(bench.plant, TRIAL, said.append, clock=bench.time, sheet=sheet)
+@pytest.mark.parametrize("limit", [4.0 * 3.01, 4.0 / 3.01])
+def test_a_sheet_of_another_robot_is_a_problem_before_anything_is_tried(limit, paper):
+    robot = HeldRobot()
+    bench, said = Bench(robot), []
+    robot.reset = lambda trial: pytest.fail("armed")
+    report = check_link(bench.plant, TRIAL, said.append, clock=bench.time, sheet=replace(paper, torque_limit=limit))
     assert [check.name for check in report.checks][:3] == ["handshake", "sheet", "line"]
+    assert report.checks[1].verdict is CheckStatus.PROBLEM
     assert {check.verdict for check in report.checks[2:]} == {CheckStatus.SKIPPED}
+    assert ("another unit than N·m" in report.checks[1].advice) is (limit < 4.0)
     assert not said
+
+
+@pytest.mark.parametrize(("limit", "least"), [(11.9, 4.0), (2.0, 2.0), (4.0 / 2.99, 4.0 / 2.99)])
+def test_a_pulse_is_a_share_of_the_lower_limit_of_robot_and_sheet(limit, least, paper):
+    robot, given = HeldRobot(), []
+    step = robot.step
+    robot.step = lambda command: given.append(command) or step(command)
+    verdicts = Bench(robot).verdicts(replace(TRIAL, pulse=0.2), replace(paper, torque_limit=limit))
+    assert verdicts == {**GOOD, "sheet": "ok", "clock": "skipped", "watchdog": "skipped"}
+    assert max(given) == pytest.approx(0.2 * least)
 
 
 def test_many_missed_periods_are_a_warning_of_the_clock():

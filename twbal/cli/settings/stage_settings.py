@@ -214,7 +214,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
     "check-link": (
         _common("exchanges", Whole(10, 100_000), "messages whose answers are timed"),
         _common("rest", Number(0.1, 3600.0, "s"), "time without torque, in which sensors and clock are watched"),
-        _common("pulse", Number(0.001, 1.0), "torque of a pulse, per torque limit"),
+        _common("pulse", Number(0.001, 1.0), "torque of a pulse, per torque limit (the lower one, of robot and sheet)"),
         _common("pulse_time", Number(0.001, 0.3, "s"), "length of a pulse"),
         _common("by_hand", YesNo(), "a person leans the body and turns the wheels, too"),
         Setting("hand_time", Number(0.5, 3600.0, "s"), "time for each of these motions"),

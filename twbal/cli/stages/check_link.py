@@ -7,7 +7,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import chosen_overrides, next_command, run_folder, say
 from twbal.cli.link_gate import heeds, record_check
-from twbal.cli.own_sheet import chosen_by, sheet_check, sheet_file, write_measured
+from twbal.cli.own_sheet import check_numbers, chosen_by, sheet_file, write_measured
 from twbal.cli.robot_link import in_time, robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
@@ -19,6 +19,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.link.checks.by_hand import Helper
 from twbal.link.checks.procedure import LinkReport, LinkTrial, check_link
 from twbal.link.person import ask_again, ask_for_motion, confirm_lifted
+from twbal.link.sheet_check import is_of_another
 from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.round_trip_figure import round_trip_figure
@@ -69,6 +70,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
         out: the run folder.
         launch: starts the virtual robot, where `cfg` asks for one.
     """
+    sheet = instantiate(cfg.robot)
     is_held = cfg.link.get("confirm_placed") is not None
     trial = typed(LinkTrial, cfg, is_held=is_held)
     known = {key: value for key, value in _TRIED_AS.items() if key in cfg.link}
@@ -76,8 +78,9 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     assert isinstance(link, DictConfig)
     helper = Helper(ask_for_motion, ask_again, say)
     with stopped_once(), robot_link(link, launch) as plant:
-        sheet = sheet_check(plant.torque_limit, instantiate(cfg.robot), sheet_file()) if _writes_sheet(cfg) else None
-        if is_held and not (sheet and problems([sheet])):
+        if _writes_sheet(cfg):
+            check_numbers(sheet_file())
+        if is_held and not is_of_another(sheet.torque_limit, plant.torque_limit):
             confirm_lifted()
         with in_time(plant):
             report = check_link(plant, trial, say, helper, sheet=sheet)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from twbal.core.check import Check, CheckStatus, problems
 from twbal.core.errors import LinkError, MotorsOnError
+from twbal.core.robot_parameters import RobotParameters
 from twbal.link.checks.by_hand import Helper, by_hand_checks
 from twbal.link.checks.line import clock_check, handshake_check, loss_check, round_trip_check
 from twbal.link.checks.motors import Pulse, dead_time_check, pulse_commands, torque_check, turning_check
@@ -14,6 +15,7 @@ from twbal.link.checks.safety import stop_check, watchdog_check
 from twbal.link.checks.telemetry_record import HostClock, Pings, ping, record
 from twbal.link.protocol import Sensors
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.sheet_check import limit_check
 from twbal.link.wheel_commands import WheelCommands
 
 _MUST_HOLD = ("stop", "watchdog")  # before a torque is held for longer than a control period
@@ -28,7 +30,7 @@ class LinkTrial:
     Attributes:
         exchanges: messages whose answers are timed.
         rest: how long the robot is armed without torque [s].
-        pulse: torque of a pulse, as a share of the robot's limit.
+        pulse: torque of a pulse, as a share of the lower one of the robot's and the sheet's limits.
         pulse_time: how long it lasts, at most 0.3 s [s].
         is_held: somebody holds the robot, with its wheels off the ground.
         by_hand: that person moves body and wheels, too.
@@ -75,7 +77,7 @@ def check_link(
     say: Callable[[str], None],
     helper: Helper = _NOBODY,
     clock: HostClock = time.monotonic,
-    sheet: Check | None = None,
+    sheet: RobotParameters | None = None,
 ) -> LinkReport:
     """Try the robot; whatever happens, its motors are off at the end of each part.
 
@@ -88,21 +90,22 @@ def check_link(
         say: is told what comes next.
         helper: the person who holds the robot, and moves it by hand.
         clock: of the host.
-        sheet: what was found of the robot's sheet; None: it was not looked at.
+        sheet: of the robot; None: there is none to be held against it.
 
     Raises:
         KeyboardInterrupt: the person pressed Ctrl-C.
     """
     pings: list[Pings] = []
+    torque = trial.pulse * min(plant.torque_limit, sheet.torque_limit if sheet else plant.torque_limit)
     parts: dict[str, Callable[[], Iterator[Check]]] = {
         "line": lambda: _line(plant, trial, pings, clock),
         "rest": lambda: _rest(plant, trial, clock),
-        "stop": lambda: iter([stop_check(plant, trial.pulse * plant.torque_limit)]),
-        "watchdog": lambda: iter([watchdog_check(plant, trial.pulse * plant.torque_limit)]),
+        "stop": lambda: iter([stop_check(plant, torque)]),
+        "watchdog": lambda: iter([watchdog_check(plant, torque)]),
         "by hand": lambda: iter(_by_hand(plant, trial, helper)),
-        "motors": lambda: _motors(plant, trial),
+        "motors": lambda: _motors(plant, torque, trial.pulse_time),
     }
-    checks: list[Check] = [handshake_check(plant), *([sheet] if sheet else [])]
+    checks: list[Check] = [handshake_check(plant), *([limit_check(plant, sheet)] if sheet else [])]
     failed, may_be_on = ("sheet" if problems(checks) else ""), False
     for name, part in parts.items():
         if failed:
@@ -156,9 +159,8 @@ def _by_hand(plant: SerialPlant, trial: LinkTrial, helper: Helper) -> list[Check
     return [Check("signs by hand", CheckStatus.SKIPPED, why, "", advice)]
 
 
-def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:
-    torque = trial.pulse * plant.torque_limit
-    ahead = _pulse(plant, WheelCommands(torque), trial.pulse_time)
+def _motors(plant: SerialPlant, torque: float, seconds: float) -> Iterator[Check]:
+    ahead = _pulse(plant, WheelCommands(torque), seconds)
     sign = torque_check(plant, ahead)
     yield sign
     if sign.verdict is CheckStatus.PROBLEM:
@@ -167,7 +169,7 @@ def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:
         return
     yield dead_time_check(plant, ahead)
     if plant.turns and plant.sensors & Sensors.WHEEL_DIFFERENCE:
-        yield turning_check(_pulse(plant, WheelCommands(0.0, torque), trial.pulse_time))
+        yield turning_check(_pulse(plant, WheelCommands(0.0, torque), seconds))
     else:
         yield Check("difference sign", CheckStatus.SKIPPED, "it does not turn, or does not tell its wheels apart")
 
