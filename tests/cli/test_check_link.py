@@ -3,6 +3,7 @@
 import io
 import os
 import re
+import signal
 import struct
 import sys
 import tempfile
@@ -111,12 +112,13 @@ def own_sheet(tmp_path, **changed):
     return path
 
 
-MINE = ("--config-dir=mine", "robot=mine", "link.confirm_placed=null", "write_sheet=true")
-DRIVEN = ("--config-dir=mine", "robot=mine", "policy=random", "trials=1", "steps=3", "link.confirm_placed=null")
-
-
 def driven(port, *words):
-    return main(["real-rollout", "link=serial", f"link.port={port}", *DRIVEN, *words])
+    mine = () if any(word.startswith("robot=") for word in words) else ("--config-dir=mine", "robot=mine")
+    quick = ("policy=random", "trials=1", "steps=3", "link.confirm_placed=null")
+    return main(["real-rollout", "link=serial", f"link.port={port}", *mine, *quick, *words])
+
+
+MINE = ("--config-dir=mine", "robot=mine", "link.confirm_placed=null", "write_sheet=true")
 
 
 def test_what_was_measured_enters_ones_own_sheet_and_comments_stay(tmp_path, capsys):
@@ -216,6 +218,48 @@ def test_motors_that_may_be_on_are_the_last_words(capsys):
     said = capsys.readouterr().err.splitlines()
     assert said[-1].startswith("twbal: error: The robot held is not fit to be driven: stop.")
     assert said[-1].endswith("THEY MAY STILL BE ON: switch it off by hand.")
+
+
+def test_a_check_that_was_broken_off_leaves_no_earlier_one_to_rely_on(tmp_path, capsys):
+    own_sheet(tmp_path)
+    assert tried(HeldRobot(), *MINE) == 0
+    robot = HeldRobot()
+    step = robot.step
+    robot.step = lambda command: os.kill(os.getpid(), signal.SIGINT) or step(command)
+    assert tried(robot, *MINE) == 130
+    capsys.readouterr()
+    with port_of(HeldRobot()) as port:
+        assert driven(port) == 1
+        assert re.search(
+            r"is not armed: the last twbal check-link of [-\d]+ [:\d]+\+00:00 did not finish\.", capsys.readouterr().err
+        )
+        assert driven(port, "heed_check=false") == 0
+    assert tried(HeldRobot(), *MINE) == 0
+    with port_of(HeldRobot()) as port:
+        assert driven(port, "hydra.run.dir=again") == 0
+
+
+def test_motors_that_may_be_on_after_a_check_are_kept_from_being_armed(tmp_path, capsys):
+    own_sheet(tmp_path)
+    assert tried(HeldRobot(), *MINE) == 0
+    robot = HeldRobot()
+    reset = robot.reset
+    robot.reset = lambda trial: time.sleep(2.0) or reset(trial)
+    assert tried(robot, *MINE, "link.arm_timeout=0.2", "link.timeout=0.2") == 1
+    assert "fit to be driven: rest, motors off." in capsys.readouterr().err
+    with port_of(HeldRobot()) as port:
+        assert driven(port) == 1
+        assert "found something wrong: rest, motors off." in capsys.readouterr().err
+
+
+def test_a_check_with_a_packaged_sheet_counts_for_its_copy(tmp_path, capsys):
+    words = ("robot=upkie", "link.confirm_placed=null", "write_sheet=true")
+    assert tried(HeldRobot(), *words) == 0
+    assert tried(HeldRobot(signs=(-1.0, -1.0)), *words) == 1
+    capsys.readouterr()
+    with port_of(HeldRobot()) as port:
+        assert driven(port, "--config-dir=my_conf", "robot=my_upkie") == 1
+        assert re.search(r"found something wrong: .*torque sign\.", capsys.readouterr().err)
 
 
 def test_a_robot_that_was_found_wrong_writes_no_sheet_and_is_not_armed_until_that_is_said(tmp_path, capsys):

@@ -97,6 +97,21 @@ def carry_check(before: Announced, plant: SerialPlant, robot: RobotParameters) -
         keep_record(replace(record, announced=now), records_folder())
 
 
+def record_begin(plant: SerialPlant, robots: tuple[RobotParameters, ...]) -> None:
+    """Note that a check has begun: until `record_check`, nothing is to arm the robot, whatever a check before said.
+
+    Args:
+        plant: the robot.
+        robots: its sheets.
+
+    Raises:
+        DataError: it cannot be written.
+    """
+    for robot in robots:
+        known = (robot.name, parameter_hash(robot), announced_by(plant), _now(), (), ())
+        keep_record(LinkRecord(*known, sheet_numbers(robot), finished=False), records_folder())
+
+
 def record_check(report: LinkReport, robots: tuple[RobotParameters, ...]) -> None:
     """Keep what a check came to, for each of the sheets that it is of.
 
@@ -106,9 +121,12 @@ def record_check(report: LinkReport, robots: tuple[RobotParameters, ...]) -> Non
     limits = (report.control_period, report.torque_limit)
     announced = Announced(report.robot, report.version, report.firmware, *limits)
     measured = tuple(each for check in report.checks for each in check.measured)
-    now = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
+    wrong = tuple(problems(report.checks))
     for robot in robots:
-        wrong = tuple(problems(report.checks))
-        known = (robot.name, parameter_hash(robot), announced, now, wrong, measured)
+        known = (robot.name, parameter_hash(robot), announced, _now(), wrong, measured)
         record = LinkRecord(*known, sheet_numbers(robot))
         keep_record(record, records_folder())
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(sep=" ", timespec="seconds")

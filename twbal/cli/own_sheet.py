@@ -122,9 +122,27 @@ def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) 
     if not file.packaged:
         now: dict[str, Any] = {change.key: written(change.value) for change in changes}
         return Written((replace(robot, **now),), path)
-    tree = sheet_values(after)
-    values = {key: float(tree[key]) for key in VALUES}
-    return Written((robot, robot_sheet(name=tree["name"], provenance=tree["provenance"], **values)), path)
+    return Written((robot, _robot_of(sheet_values(after))), path)
+
+
+def with_copy(robot: RobotParameters, file: SheetFile) -> tuple[RobotParameters, ...]:
+    """A robot and, where its sheet is a packaged one, the copy of one's own that is there already.
+
+    Args:
+        robot: of this run, overrides included.
+        file: its sheet.
+
+    Raises:
+        ConfigError: the copy cannot be used.
+    """
+    if not file.packaged or not (copy := _copy_of(robot.name)).is_file():
+        return (robot,)
+    return robot, _robot_of(sheet_values(copy.read_text(encoding="utf-8")))
+
+
+def _robot_of(sheet: Mapping[str, Any]) -> RobotParameters:
+    values = {key: _number(sheet, key) for key in VALUES}
+    return robot_sheet(name=sheet["name"], provenance=sheet["provenance"], **values)
 
 
 def _copy_of(name: str) -> Path:

@@ -46,6 +46,7 @@ class LinkRecord:
         problems: names of the checks that found something wrong.
         measured: numbers.
         values: of the sheet, as they were after the check; records of older versions have none.
+        finished: the check came to its end; until then there are neither problems nor numbers.
     """
 
     sheet: str
@@ -55,6 +56,7 @@ class LinkRecord:
     problems: tuple[str, ...]
     measured: tuple[Measurement, ...]
     values: Mapping[str, float] = field(default_factory=dict)
+    finished: bool = True
 
 
 def records_folder() -> Path:
@@ -99,6 +101,8 @@ def objection(record: LinkRecord, robot: RobotParameters, announced: Announced) 
     when = f"twbal check-link of {record.checked}"
     if record.sheet != robot.name:
         return f"the last {when} was with the sheet {record.sheet!r}, and this is {robot.name!r}."
+    if not record.finished:
+        return f"the last {when} did not finish."
     changed = [
         f"{name.replace('_', ' ')} was {_announced(name, before, now)} and is {_announced(name, now, before)}"
         for name, before, now in zip(Announced._fields, record.announced, announced, strict=True)

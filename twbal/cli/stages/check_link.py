@@ -6,13 +6,13 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import chosen_overrides, next_command, run_folder, say
-from twbal.cli.link_gate import heeds, record_check
-from twbal.cli.own_sheet import check_numbers, chosen_by, sheet_file, write_measured
+from twbal.cli.link_gate import heeds, record_begin, record_check
+from twbal.cli.own_sheet import check_numbers, chosen_by, sheet_file, with_copy, write_measured
 from twbal.cli.robot_link import in_time, robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
 from twbal.core.check import check_lines, problems
-from twbal.core.errors import CheckError
+from twbal.core.errors import CheckError, MotorsOnError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.core.robot_parameters import RobotParameters
@@ -33,6 +33,7 @@ def main(cfg: DictConfig) -> None:
 
     Raises:
         CheckError: something is a problem.
+        MotorsOnError: the same, and the robot does not confirm that its motors are off.
         LinkError: the robot cannot be reached at all.
         ConfigError: the sheet cannot be changed here.
     """
@@ -45,7 +46,8 @@ def main(cfg: DictConfig) -> None:
     own = _record(cfg, report)
     if wrong := problems(report.checks):
         on = " It does not confirm that its motors are off, and THEY MAY STILL BE ON: switch it off by hand."
-        raise CheckError(
+        kind = MotorsOnError if report.motors_may_be_on else CheckError
+        raise kind(
             f"The robot {report.robot} is not fit to be driven: {', '.join(wrong)}. {out / PAGE} says why."
             f"{on * report.motors_may_be_on}"
         )
@@ -82,6 +84,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
             check_numbers(sheet_file())
         if is_held and not is_of_another(sheet.torque_limit, plant.torque_limit):
             confirm_lifted()
+        if heeds(cfg, cfg.link):
+            record_begin(plant, _checked(cfg))
         with in_time(plant):
             report = check_link(plant, trial, say, helper, sheet=sheet)
     write_atomically(out / PAGE, page(report))
@@ -95,16 +99,22 @@ def _writes_sheet(cfg: DictConfig) -> bool:
     return heeds(cfg, cfg.link) and bool(cfg.write_sheet)
 
 
+def _checked(cfg: DictConfig) -> tuple[RobotParameters, ...]:
+    """The sheets that the check counts for."""
+    robot: RobotParameters = instantiate(cfg.robot)
+    return with_copy(robot, sheet_file()) if _writes_sheet(cfg) else (robot,)
+
+
 def _record(cfg: DictConfig, report: LinkReport) -> Path | None:
     """Write what was measured into the sheet, where nothing is wrong, and keep what the check came to.
 
     Returns:
         The copy of a packaged sheet that it was written into; None where the sheet of the run is the robot's.
     """
-    robots: tuple[RobotParameters, ...] = (instantiate(cfg.robot),)
-    own: Path | None = None
+    wrong, own = problems(report.checks), None
+    robots = _checked(cfg) if wrong else (instantiate(cfg.robot),)
     try:
-        if _writes_sheet(cfg) and not problems(report.checks):
+        if _writes_sheet(cfg) and not wrong:
             file = sheet_file()
             robots, sheet = write_measured(report, robots[0], file)
             own = sheet if file.packaged else None

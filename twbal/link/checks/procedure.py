@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from twbal.core.check import Check, CheckStatus, problems
 from twbal.core.errors import LinkError, MotorsOnError
@@ -112,16 +113,46 @@ def check_link(
             checks.append(Check(name, CheckStatus.SKIPPED, f"not tried after the problem of the part {failed!r}"))
             continue
         say(_part_in_words(name, trial))
-        try:
-            found = list(part())
-        except LinkError as error:
-            found = [Check(name, CheckStatus.PROBLEM, str(error).rstrip("."), "", _BROKEN)]
-            failed, may_be_on = name, isinstance(error, MotorsOnError)
+        found, is_broken, may_be_on = _tried(plant, name, part)
         checks += found
-        failed = name if name in _MUST_HOLD and problems(found) else failed
+        failed = name if is_broken or (name in _MUST_HOLD and problems(found)) else ""
     trips = pings[0].round_trips if pings else ()
     limits = (plant.control_period, plant.torque_limit)
     return LinkReport(plant.robot_name, plant.version, plant.firmware, *limits, tuple(checks), trips, may_be_on)
+
+
+class _Part(NamedTuple):
+    """What came of a part.
+
+    Attributes:
+        found: checks, at least one.
+        is_broken: the link failed in it.
+        may_be_on: the robot does not confirm after it that its motors are off.
+    """
+
+    found: list[Check]
+    is_broken: bool
+    may_be_on: bool
+
+
+def _tried(plant: SerialPlant, name: str, part: Callable[[], Iterator[Check]]) -> _Part:
+    """Do a part, and switch the motors off after it, however it ended."""
+    found, is_broken, may_be_on = list[Check](), False, False
+    try:
+        found += part()
+    except LinkError as error:
+        found, is_broken, may_be_on = [_broken(name, error)], True, isinstance(error, MotorsOnError)
+    try:
+        plant.stop()
+    except MotorsOnError as error:
+        if not may_be_on:
+            found.append(_broken("motors off", error))
+        is_broken = may_be_on = True
+    return _Part(found, is_broken, may_be_on)
+
+
+def _broken(name: str, error: LinkError) -> Check:
+    return Check(name, CheckStatus.PROBLEM, str(error).rstrip("."), "", _BROKEN)
 
 
 def _part_in_words(part: str, trial: LinkTrial) -> str:
