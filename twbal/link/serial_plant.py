@@ -282,6 +282,11 @@ class SerialPlant(Plant):
             raise self._unstopped from error
         self._armed = False  # not before: where Ctrl-C cuts this short, the next call sends the stop again
 
+    def stop_again(self) -> None:
+        """Stop a robot that was stopped before, as what it was told since then may have armed it; raises as `stop`."""
+        self._armed = True  # as far as can be known
+        self.stop()
+
     def close(self) -> None:
         """Switch the motors off, unless that failed before, and close the port; raises as `stop`."""
         try:

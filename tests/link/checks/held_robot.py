@@ -98,6 +98,20 @@ class WakesUp(Firmware):
         self._standing = not getattr(self, "_greeted", False)
 
 
+class WakesForGood(WakesUp):
+    """The same, and nothing switches it off after that."""
+
+    woken = False
+
+    def _command(self, asked, now_us):
+        self.woken = self.woken or not self._status & Status.ARMED
+        return super()._command(asked, now_us)
+
+    def _disarm(self):
+        if not self.woken:
+            super()._disarm()
+
+
 def lossy(share, seed=3):
     """What a line does that loses a share of all frames."""
     rng = np.random.default_rng(seed)

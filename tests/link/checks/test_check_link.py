@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import pytest
-from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesUp, damaging, lossy
+from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesForGood, WakesUp, damaging, lossy
 from pendulum import MemoryTransport, Pendulum
 
 from twbal.core.check import CheckStatus
@@ -11,7 +11,7 @@ from twbal.core.errors import LinkLostError
 from twbal.link.checks.line import clock_check
 from twbal.link.checks.procedure import LinkTrial, check_link
 from twbal.link.checks.telemetry_record import record
-from twbal.link.protocol import Clock
+from twbal.link.protocol import Clock, Status
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.wheel_commands import WheelCommands
 from twbal.virtual_robot.firmware import Firmware, Identity
@@ -152,6 +152,27 @@ def test_a_robot_that_a_command_wakes_after_stop_is_found():
     bench = Bench(HeldRobot(), WakesUp)
     assert "stop" in bench.problems()
     assert "switched it on again" in bench.found["stop"].found
+    assert not bench.line.firmware._status & Status.ARMED  # it is stopped once more
+    assert not bench.report.motors_may_be_on
+
+
+def test_a_robot_that_a_command_wakes_for_good_is_said_to_be_still_on():
+    bench = Bench(HeldRobot(), WakesForGood)
+    assert bench.problems() == {"stop"}
+    assert "THEY MAY STILL BE ON" in bench.found["stop"].found
+    assert bench.report.motors_may_be_on
+
+
+def test_a_robot_that_falls_silent_as_it_is_armed_is_said_to_be_still_on():
+    bench = Bench(HeldRobot())
+    bench.plant._arm_timeout = 0.2
+    bench.line.to_host = lambda data: b"" if bench.line.firmware._status & Status.ARMED else data
+    bench.line.to_robot = lambda data: b"" if bench.line.firmware._status & Status.ARMED else data
+    assert bench.problems() == {"rest", "motors off"}
+    assert bench.found["rest"].found.startswith("No answer to Arm")
+    assert "THEY MAY STILL BE ON" in bench.found["motors off"].found
+    assert bench.report.motors_may_be_on
+    bench.plant.close()
 
 
 @pytest.mark.parametrize("fault", [lossy(0.05), damaging(0.05)])

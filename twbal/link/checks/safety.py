@@ -67,7 +67,7 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
         torque: [N·m].
 
     Raises:
-        LinkError: it does not arm, or does not answer.
+        LinkError: it does not arm, does not answer, or does not confirm in the end that it has stopped.
     """
     name, expected = "stop", "motors off at once, and no command followed until the next arming"
     advice = "Do not drive this robot. Let its firmware switch the motors off on Stop, as docs/protocol.md says."
@@ -82,7 +82,10 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
         return Check(name, CheckStatus.PROBLEM, "it answers Stop, and its motors stay on", expected, advice)
     if answer.status & Status.WATCHDOG_STOPPED:
         return Check(name, CheckStatus.PROBLEM, "not Stop switched it off, but its watchdog", expected, advice)
-    later = _answer_after_stop(plant)
+    try:
+        later = _answer_after_stop(plant)
+    finally:
+        plant.stop_again()
     if isinstance(later, Telemetry) and later.status & Status.ARMED:
         return Check(name, CheckStatus.PROBLEM, "a command after Stop switched it on again", expected, advice)
     return Check(name, CheckStatus.OK, "confirmed, and a command after it was not followed")
