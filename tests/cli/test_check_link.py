@@ -97,7 +97,28 @@ def test_a_person_is_asked_for_each_motion_and_one_who_does_nothing_passes_nothi
 def test_motions_by_hand_that_are_left_out_are_skipped_and_not_ok(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", Terminal("\n"))
     assert tried(HeldRobot(), "by_hand=false") == 0
-    assert "skipped  signs by hand" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "skipped  signs by hand" in said
+    assert "the robot is not armed before its signs were tried by hand" in said
+    (line,) = [line for line in said.splitlines() if line.startswith(("next", "then"))]
+    assert re.fullmatch(r"next  twbal check-link robot=upkie link=serial link.port=/dev/pts/\d+", line)
+
+
+def test_a_robot_whose_signs_were_left_out_is_armed_only_where_it_places_itself(tmp_path, monkeypatch, capsys):
+    own_sheet(tmp_path)
+    monkeypatch.setattr(sys, "stdin", Terminal("\n" * 9))
+    assert tried(HeldRobot(), "by_hand=false", "--config-dir=mine", "robot=mine", "write_sheet=true") == 0
+    robot = HeldRobot()
+    with port_of(robot) as port:
+        reset, robot.reset = robot.reset, lambda trial: pytest.fail("armed")
+        assert driven(port, of_person=True) == 1
+        assert re.search(r"last twbal check-link of .* left out: signs by hand\.", capsys.readouterr().err)
+        robot.reset = reset
+        assert driven(port, "heed_check=false", of_person=True) == 0
+        capsys.readouterr()
+        assert driven(port, "hydra.run.dir=again") == 0
+        said = "the signs by hand of the robot 'held' were not tried by `twbal check-link`"
+        assert said in capsys.readouterr().out
 
 
 def own_sheet(tmp_path, **changed):
@@ -112,9 +133,10 @@ def own_sheet(tmp_path, **changed):
     return path
 
 
-def driven(port, *words):
+def driven(port, *words, of_person=False):
+    """By `real-rollout`, and by one's own sheet unless the words name another one."""
     mine = () if any(word.startswith("robot=") for word in words) else ("--config-dir=mine", "robot=mine")
-    quick = ("policy=random", "trials=1", "steps=3", "link.confirm_placed=null")
+    quick = ("policy=random", "trials=1", "steps=3", *([] if of_person else ["link.confirm_placed=null"]))
     return main(["real-rollout", "link=serial", f"link.port={port}", *mine, *quick, *words])
 
 

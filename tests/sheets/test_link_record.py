@@ -64,6 +64,14 @@ def test_problems_and_each_changed_value_of_the_sheet_are_named(paper):
         assert objection(kept, paper, ME) == ""
 
 
+def test_checks_that_were_left_out_speak_against_the_robot_where_they_are_needed(paper, tmp_path):
+    keep_record(record(paper, skipped=("signs by hand", "difference sign")), tmp_path)
+    kept = last_record(tmp_path, "paper", "balancer")
+    assert objection(kept, paper, ME) == objection(kept, paper, ME, ("watchdog",)) == ""
+    said = objection(kept, paper, ME, ("watchdog", "signs by hand"))
+    assert said == "the last twbal check-link of 2026-01-01 10:00:00 left out: signs by hand."
+
+
 def test_a_check_that_did_not_finish_speaks_against_the_robot(paper, tmp_path):
     keep_record(record(paper, finished=False), tmp_path)
     said = objection(last_record(tmp_path, "paper", "balancer"), paper, ME)
@@ -74,7 +82,7 @@ def test_a_record_of_an_older_version_is_read_and_names_no_value(paper, tmp_path
     path = keep_record(record(paper, values=sheet_numbers(paper)), tmp_path)
     tree = json.loads(path.read_text())
     assert set(tree.pop("values")) == set(VALUES)
-    assert tree.pop("finished") is True
+    assert (tree.pop("finished"), tree.pop("skipped")) == (True, [])
     path.write_text(json.dumps(tree))
     old = last_record(tmp_path, "paper", "balancer")
     assert objection(old, paper, ME) == ""

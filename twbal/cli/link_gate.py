@@ -7,10 +7,12 @@ from omegaconf import DictConfig
 
 from twbal.cli.console import say
 from twbal.cli.own_sheet import made_by_interview
-from twbal.core.check import problems
+from twbal.core.check import problems, skipped
 from twbal.core.errors import CheckError, DataError
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
-from twbal.link.checks.procedure import LinkReport
+from twbal.link.checks.by_hand import SIGNS_BY_HAND
+from twbal.link.checks.procedure import MUST_HOLD, LinkReport
+from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.sheets.link_record import (
     Announced,
@@ -42,38 +44,63 @@ def heeds(cfg: DictConfig, link: DictConfig) -> bool:
 
 
 def heed_last_check(plant: SerialPlant, robot: RobotParameters, advise: bool = True) -> None:
-    """Refuse a robot whose link was found wrong, or that is not as it was when it was checked.
-
-    One that was never checked is refused where its sheet was made by `twbal new-robot`, as a real robot's own.
+    """Refuse a robot as `advice_of_last_check` does, and say its advice.
 
     Args:
         plant: the robot.
         robot: its sheet.
-        advise: whether a robot that was never checked is worth a sentence.
+        advise: whether what does not speak against the robot is worth a sentence.
 
     Raises:
         CheckError: it is not to be armed.
     """
-    now = announced_by(plant)
+    overrule = f"{HEED}=false (in iterate: real_rollout.{HEED}=false)"
+    advice = advice_of_last_check(plant, robot, made_by_interview(), overrule)
+    if advice and advise:
+        say(advice)
+
+
+def advice_of_last_check(plant: SerialPlant, robot: RobotParameters, of_interview: bool, overrule: str) -> str:
+    """Refuse a robot whose link was found wrong, or that is not as it was when it was checked.
+
+    Args:
+        plant: the robot.
+        robot: its sheet.
+        of_interview: `twbal new-robot` made the sheet, as a real robot's own; it is refused where it was never checked.
+        overrule: what drives the robot all the same, as the end of a sentence.
+
+    Returns:
+        A sentence on what was not tried, without its period; empty where nothing is to be said.
+
+    Raises:
+        CheckError: it is not to be armed.
+    """
     try:
         record = last_record(records_folder(), robot.name, plant.robot_name)
-        against = objection(record, robot, now) if record else ""
+        against = objection(record, robot, announced_by(plant), _needed(plant)) if record else ""
     except DataError as error:
         record, against = None, unreadable(error)
+    if record is None and not against and of_interview:
+        against = (
+            f"it was never tried by `twbal check-link`, and the sheet {robot.name!r} is that of a robot of your own, "
+            "whose signs nobody knows yet."
+        )
     if against:
         raise CheckError(
             f"The robot {plant.robot_name!r} is not armed: {against} Try it by `twbal check-link`, with the same "
-            f"robot= and link=; or drive it all the same by {HEED}=false (in iterate: real_rollout.{HEED}=false)."
+            f"robot= and link=; or drive it all the same by {overrule}."
         )
-    if record is None and not against and made_by_interview():
-        raise CheckError(
-            f"The robot {plant.robot_name!r} is not armed: it was never tried by `twbal check-link`, and the sheet "
-            f"{robot.name!r} is that of a robot of your own, whose signs nobody knows yet. Try it by `twbal "
-            f"check-link`, with the same robot= and link=; or drive it all the same by {HEED}=false (in iterate: "
-            f"real_rollout.{HEED}=false)."
-        )
-    if record is None and advise:
-        say(f"the robot {plant.robot_name!r} was never tried by `twbal check-link`, which finds wrong signs")
+    if record is None:
+        return f"the robot {plant.robot_name!r} was never tried by `twbal check-link`, which finds wrong signs"
+    if SIGNS_BY_HAND in record.skipped:
+        return f"the {SIGNS_BY_HAND} of the robot {plant.robot_name!r} were not tried by `twbal check-link`"
+    return ""
+
+
+def _needed(plant: SerialPlant) -> tuple[str, ...]:
+    """Checks that must have been made: a real robot's, which nobody holds in lockstep, and which a person can move."""
+    of_person = (SIGNS_BY_HAND,) if plant.is_placed_by_hand else ()
+    return of_person if plant.clock is Clock.LOCKSTEP else (*MUST_HOLD, *of_person)
 
 
 def announced_by(plant: SerialPlant) -> Announced:
@@ -124,7 +151,7 @@ def record_check(report: LinkReport, robots: tuple[RobotParameters, ...]) -> Non
     wrong = tuple(problems(report.checks))
     for robot in robots:
         known = (robot.name, parameter_hash(robot), announced, _now(), wrong, measured)
-        record = LinkRecord(*known, sheet_numbers(robot))
+        record = LinkRecord(*known, sheet_numbers(robot), tuple(skipped(report.checks)))
         keep_record(record, records_folder())
 
 

@@ -62,6 +62,11 @@ def check_lines(checks: Sequence[Check]) -> Iterator[str]:
     yield from (check.line(width) for check in checks)
 
 
+def skipped(checks: Iterable[Check]) -> list[str]:
+    """Names of those that were not looked at."""
+    return [check.name for check in checks if check.verdict is CheckStatus.SKIPPED]
+
+
 def problems(checks: Iterable[Check]) -> list[str]:
     """Names of those that are a problem."""
     return [check.name for check in checks if check.verdict is CheckStatus.PROBLEM]

@@ -246,6 +246,11 @@ class SerialPlant(Plant):
         return "it has one command for both wheels"
 
     @property
+    def is_placed_by_hand(self) -> bool:
+        """Whether a person places the robot before each rollout; otherwise it places itself."""
+        return self._confirm_placed is not None
+
+    @property
     def tells_heading(self) -> bool:
         """Whether something tells its heading: a gyro's yaw rate, or the difference of its wheels."""
         return bool(self.sensors & (Sensors.YAW_RATE | Sensors.WHEEL_DIFFERENCE))

@@ -3,7 +3,7 @@
 import hashlib
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -46,6 +46,7 @@ class LinkRecord:
         problems: names of the checks that found something wrong.
         measured: numbers.
         values: of the sheet, as they were after the check; records of older versions have none.
+        skipped: names of the checks that were left out; not known of older versions.
         finished: the check came to its end; until then there are neither problems nor numbers.
     """
 
@@ -56,6 +57,7 @@ class LinkRecord:
     problems: tuple[str, ...]
     measured: tuple[Measurement, ...]
     values: Mapping[str, float] = field(default_factory=dict)
+    skipped: tuple[str, ...] = ()
     finished: bool = True
 
 
@@ -90,13 +92,14 @@ def last_record(folder: Path, sheet: str, robot: str) -> LinkRecord | None:
     return max(of_either, key=lambda record: record.checked, default=None)
 
 
-def objection(record: LinkRecord, robot: RobotParameters, announced: Announced) -> str:
+def objection(record: LinkRecord, robot: RobotParameters, announced: Announced, needed: Collection[str] = ()) -> str:
     """What speaks against arming a robot, as a sentence; empty where nothing does.
 
     Args:
         record: of the last check of its link.
         robot: its sheet.
         announced: by the robot, now.
+        needed: names of checks that must not have been left out.
     """
     when = f"twbal check-link of {record.checked}"
     if record.sheet != robot.name:
@@ -112,6 +115,8 @@ def objection(record: LinkRecord, robot: RobotParameters, announced: Announced) 
         return f"it is not as at the last {when}: its {', its '.join(changed)}."
     if record.problems:
         return f"the last {when} found something wrong: {', '.join(record.problems)}."
+    if left_out := [name for name in record.skipped if name in needed]:
+        return f"the last {when} left out: {', '.join(left_out)}."
     if record.sheet_hash != parameter_hash(robot):
         return f"values of the sheet {robot.name!r} have changed since the last {when}{_changes(record.values, robot)}."
     return ""

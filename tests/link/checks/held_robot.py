@@ -77,6 +77,39 @@ class SilentWatchdog(Firmware):
             super()._trip(reason)
 
 
+class TripsBeforeItsWatchdog(Firmware):
+    """Stops itself 50 ms after the last command, for another reason than its watchdog, which it does not have."""
+
+    reason = Status.TILT_STOPPED
+
+    def _watch(self, now_us):
+        if self._status & Status.ARMED and now_us > self._commanded_us + 50_000:
+            self._trip(self.reason)
+
+
+class TripsWithoutReason(TripsBeforeItsWatchdog):
+    """The same, and does not say why."""
+
+    reason = Status(0)
+
+
+class TripsByTorque(Firmware):
+    """Is beyond its tilt limit at each torque."""
+
+    def _command(self, asked, now_us):
+        if asked.total:
+            self._trip(Status.TILT_STOPPED)
+        return super()._command(asked, now_us)
+
+
+class TripsAtStop(Firmware):
+    """Answers Stop by saying that a sensor had stopped it."""
+
+    def _disarm(self):
+        super()._disarm()
+        self._status = Status.SENSOR_STOPPED
+
+
 class DeafToStop(Firmware):
     """Answers Stop as if it had been a command: its motors stay on."""
 

@@ -3,7 +3,20 @@
 from dataclasses import replace
 
 import pytest
-from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesForGood, WakesUp, damaging, lossy
+from held_robot import (
+    PERIOD,
+    DeafToStop,
+    HeldRobot,
+    SilentWatchdog,
+    TripsAtStop,
+    TripsBeforeItsWatchdog,
+    TripsByTorque,
+    TripsWithoutReason,
+    WakesForGood,
+    WakesUp,
+    damaging,
+    lossy,
+)
 from pendulum import MemoryTransport, Pendulum
 
 from twbal.core.check import CheckStatus
@@ -131,6 +144,35 @@ def test_a_watchdog_that_bites_late_is_found():
     assert bench.problems() == {"watchdog"}
     milliseconds = int(bench.found["watchdog"].found.split()[2])
     assert 200 < milliseconds <= 220
+
+
+@pytest.mark.parametrize(
+    ("firmware", "by", "advice"),
+    [
+        (TripsBeforeItsWatchdog, "its tilt limit", "Hold it upright and still"),
+        (TripsWithoutReason, "what it does not say", "Let its firmware say by WATCHDOG_STOPPED"),
+    ],
+)
+def test_a_robot_that_something_else_stops_has_no_watchdog_that_was_seen(firmware, by, advice):
+    bench = Bench(HeldRobot(), firmware, clock=Clock.REAL_TIME)
+    assert bench.problems() == {"watchdog"}
+    assert bench.found["watchdog"].found == f"not its watchdog switched it off, but {by}"
+    assert bench.found["watchdog"].advice.startswith(advice)
+    assert bench.found["motors"].verdict is CheckStatus.SKIPPED
+
+
+@pytest.mark.parametrize(
+    ("firmware", "found"),
+    [
+        (TripsByTorque, "it was off before Stop came, by its tilt limit"),
+        (TripsAtStop, "not Stop switched it off, but a sensor that failed"),
+    ],
+)
+def test_a_robot_that_was_off_before_stop_is_not_taken_for_one_that_obeys_it(firmware, found):
+    bench = Bench(HeldRobot(), firmware)
+    assert bench.problems() == {"stop"}
+    assert bench.found["stop"].found == found
+    assert bench.found["motors"].verdict is CheckStatus.SKIPPED
 
 
 def test_a_robot_that_does_not_obey_stop_is_found_and_the_motors_are_not_driven_after_it():

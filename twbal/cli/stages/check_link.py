@@ -11,12 +11,12 @@ from twbal.cli.own_sheet import check_numbers, chosen_by, sheet_file, with_copy,
 from twbal.cli.robot_link import in_time, robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
-from twbal.core.check import check_lines, problems
+from twbal.core.check import check_lines, problems, skipped
 from twbal.core.errors import CheckError, MotorsOnError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.core.robot_parameters import RobotParameters
-from twbal.link.checks.by_hand import Helper
+from twbal.link.checks.by_hand import SIGNS_BY_HAND, Helper
 from twbal.link.checks.procedure import LinkReport, LinkTrial, check_link
 from twbal.link.person import ask_again, ask_for_motion, confirm_lifted
 from twbal.link.sheet_check import is_of_another
@@ -51,17 +51,22 @@ def main(cfg: DictConfig) -> None:
             f"The robot {report.robot} is not fit to be driven: {', '.join(wrong)}. {out / PAGE} says why."
             f"{on * report.motors_may_be_on}"
         )
-    _print_next(own)
-
-
-def _print_next(own: Path | None) -> None:
-    """Print what comes next, with the robot by its own sheet, which may have been written by this check."""
-    if own is None:
-        regulator, drive = (next_command(stage, {}, "robot") for stage in ("lqr", "real-rollout"))
-    else:
-        regulator, drive = (f"twbal {stage} {chosen_by(own)}" for stage in ("lqr", "real-rollout"))
-    print(f"next  {regulator}")
+    if heeds(cfg, cfg.link) and _is_placed_by_hand(cfg) and SIGNS_BY_HAND in skipped(report.checks):
+        say("the robot is not armed before its signs were tried by hand, too")
+        print(f"next  {_with_robot('check-link', own)}{chosen_overrides('link')}")
+        return
+    print(f"next  {_with_robot('lqr', own)}")
+    drive = _with_robot("real-rollout", own)
     print(f"then  {drive} policy.path=<its policy.pt>{chosen_overrides('link')} steps=25")
+
+
+def _with_robot(stage: str, own: Path | None) -> str:
+    """A command with the robot by its own sheet, which may have been written by this check."""
+    return next_command(stage, {}, "robot") if own is None else f"twbal {stage} {chosen_by(own)}"
+
+
+def _is_placed_by_hand(cfg: DictConfig) -> bool:
+    return cfg.link.get("confirm_placed") is not None
 
 
 def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
@@ -73,7 +78,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
         launch: starts the virtual robot, where `cfg` asks for one.
     """
     sheet = instantiate(cfg.robot)
-    is_held = cfg.link.get("confirm_placed") is not None
+    is_held = _is_placed_by_hand(cfg)
     trial = typed(LinkTrial, cfg, is_held=is_held)
     known = {key: value for key, value in _TRIED_AS.items() if key in cfg.link}
     link = OmegaConf.merge(cfg.link, known)

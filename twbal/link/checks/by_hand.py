@@ -14,6 +14,9 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1
 from twbal.link.wheel_commands import WheelCommands
 
+SIGNS_BY_HAND = "signs by hand"
+"""The row in place of those of the motions, where nobody makes them."""
+
 
 class Helper(NamedTuple):
     """The person who holds the robot.

@@ -8,6 +8,12 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.link.telemetry_meaning import is_telemetry
 
 _SILENCE = 0.2  # beyond the watchdog, in which the host says nothing [s]
+_REASONS = {
+    Status.TILT_STOPPED: "its tilt limit",
+    Status.SENSOR_STOPPED: "a sensor that failed",
+    Status.WATCHDOG_STOPPED: "its watchdog",
+}
+_STILL = "Hold it upright and still, and check the link again."
 _AFTER_STOP = 0.3  # in which a command that follows Stop may be answered [s]
 
 
@@ -47,8 +53,10 @@ def _judged(heard: list[Telemetry], since_us: int, period: float) -> Check:
         silent = (heard[-1].time_us - since_us) % 2**32 * 1e-6
         found = f"the motors were still on {silent * 1e3:.0f} ms after the last command"
         return Check(name, CheckStatus.PROBLEM, found, expected, advice)
-    if off.status & Status.TILT_STOPPED:
-        return Check(name, CheckStatus.SKIPPED, "it stopped because of its tilt before", "", "Hold it upright.")
+    if (why := _stopped_by(off)) != _REASONS[Status.WATCHDOG_STOPPED]:
+        advice = _STILL if why else "Let its firmware say by WATCHDOG_STOPPED that its watchdog did."
+        found = f"not its watchdog switched it off, but {why or 'what it does not say'}"
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
     late = (off.time_us - since_us) % 2**32 * 1e-6
     torques = [each.applied for each in heard if (each.period - off.period) % 2**16 in range(1, 2**15)]
     found = f"motors off {late * 1e3:.0f} ms after the last command, by the robot's clock"
@@ -74,14 +82,18 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
     plant.reset(0)
     try:
         plant.step(torque)
+        before = plant.telemetry
         answer = plant.line.ask(Stop(plant.line.next_number()), _AFTER_STOP, is_telemetry)
     finally:
         plant.stop()
     assert isinstance(answer, Telemetry)
+    if not before.status & Status.ARMED:
+        found = f"it was off before Stop came, by {_stopped_by(before) or 'what it does not say'}"
+        return Check(name, CheckStatus.PROBLEM, found, expected, _STILL)
     if answer.status & Status.ARMED:
         return Check(name, CheckStatus.PROBLEM, "it answers Stop, and its motors stay on", expected, advice)
-    if answer.status & Status.WATCHDOG_STOPPED:
-        return Check(name, CheckStatus.PROBLEM, "not Stop switched it off, but its watchdog", expected, advice)
+    if why := _stopped_by(answer):
+        return Check(name, CheckStatus.PROBLEM, f"not Stop switched it off, but {why}", expected, advice)
     try:
         later = _answer_after_stop(plant)
     finally:
@@ -89,6 +101,11 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
     if isinstance(later, Telemetry) and later.status & Status.ARMED:
         return Check(name, CheckStatus.PROBLEM, "a command after Stop switched it on again", expected, advice)
     return Check(name, CheckStatus.OK, "confirmed, and a command after it was not followed")
+
+
+def _stopped_by(seen: Telemetry) -> str:
+    """What a robot says that it stopped itself by, in words; empty where it says nothing."""
+    return ", ".join(words for bit, words in _REASONS.items() if seen.status & bit)
 
 
 def _answer_after_stop(plant: SerialPlant) -> Message | None:
