@@ -208,6 +208,19 @@ def test_recorded_events_of_a_gamepad_drive_the_same_way_each_time(robot, policy
     assert first.headings[-1, 0] > 0.1 and first.outcome is Outcome.COMPLETED
 
 
+def test_a_gamepad_that_falls_silent_with_its_stick_forward_does_not_drive_the_robot_on(robot, policy, tmp_path):
+    events = [(0, 0, 2, 5), (1000, -32767, 2, 1), (12_000, 1, 1, 7)]
+    (tmp_path / "pad.bin").write_bytes(b"".join(EVENT.pack(*event) for event in events))
+    drive(robot, policy, tmp_path / "out", f"input={tmp_path / 'pad.bin'}", "pace=100")
+    episode = read_episode(tmp_path / "out" / "episodes" / "trial_000.mcap")
+    times = episode.observations[:, 0]
+    assert episode.references[:, 1].max() > 0.3
+    assert times[-1] >= 12.0
+    assert episode.references[times > 8.0, 1] == pytest.approx(0.0, abs=1e-9)
+    (silent,) = [event for event in episode.events if event.text.startswith("no event of the gamepad for 2 s")]
+    assert 3.0 < silent.time < 3.05
+
+
 def test_a_drive_that_is_there_already_is_told_to_be(policy, tmp_path, capsys):
     (tmp_path / "pad.bin").write_bytes(EVENT.pack(0, 1, 1, 0) + EVENT.pack(400, 1, 1, 0))
     words = [f"policy.path={policy}", 'link.overrides=["faults=none"]', f"input={tmp_path / 'pad.bin'}", "pace=100"]
@@ -252,7 +265,7 @@ def test_a_live_view_that_is_not_installed_is_one_error_and_no_robot(policy, tmp
 )
 def test_a_robot_that_drives_on_when_its_reference_rests_is_said_to(wheel_rate, expected):
     sheet = RobotParameters("cart", 5.0, 0.25, 0.0, 0.1, 0.1, 0.05, 0.5, 0.1, 0.003, 0.03, 0.4, 10.0, 0.02)
-    limits = SteeringLimits.from_settings(sheet, 0.1, 0.5, 0.5, False, speed_limit=1.0)
+    limits = SteeringLimits.from_settings(sheet, 0.1, 0.5, 0.5, False, 2.0, speed_limit=1.0)
     policy = LinearPolicy(CHANNELS, np.array(GAIN), 0.0, 10.0)
     driven = stage.Steered(sheet, policy, Channels(("speed",), 0.1), limits)
     seen = np.array([[0.0] * 7, [0.02, 0.1, 1.0, 0.0, 0.0, wheel_rate, 0.0]])

@@ -42,10 +42,12 @@ def test_forward_and_left_are_the_negative_ends_of_axes_and_the_middle_asks_for_
     assert pad.read(0.0) == [Sticks(1.0, 0.0), Sticks(1.0, -1.0), Sticks(0.0, -1.0), Sticks(0.0, 1.0)]
 
 
-def test_what_stood_so_at_the_opening_and_other_axes_count_not(pipe):
+def test_what_stood_so_at_the_opening_counts_not_and_other_axes_only_show_that_the_pad_is_there(pipe):
     pad, end = pipe
-    end.write(packed((0, -32767, AXIS | STATE, 1), (0, 1, BUTTON | STATE, 1), (1, 32767, AXIS, 5)))
+    end.write(packed((0, -32767, AXIS | STATE, 1), (0, 1, BUTTON | STATE, 1)))
     assert pad.read(0.0) == [] and not pad.lost
+    end.write(packed((1, 32767, AXIS, 5)))
+    assert pad.read(0.0) == [Key.KEEP]
 
 
 def test_a_stick_that_was_let_go_and_a_stop_that_was_pressed_while_events_were_lost_count(pipe):
@@ -54,13 +56,13 @@ def test_a_stick_that_was_let_go_and_a_stop_that_was_pressed_while_events_were_l
     end.write(packed((0, 0, AXIS | STATE, 1), (1, -32767, AXIS, 1)))
     assert pad.read(0.0) == [Sticks(1.0, 0.0)]
     end.write(packed((9, 0, BUTTON | STATE, 0), (9, 1, BUTTON | STATE, 1), (9, 0, AXIS | STATE, 1)))
-    assert pad.read(0.0) == [Key.STOP, Sticks(0.0, 0.0)]
+    assert pad.read(0.0) == [Key.KEEP, Key.STOP, Sticks(0.0, 0.0)]
 
 
 def test_buttons_count_when_they_are_pressed(pipe):
     pad, end = pipe
     end.write(packed((0, 1, BUTTON, 0), (1, 0, BUTTON, 0), (2, 1, BUTTON, 7), (3, 1, BUTTON, 1), (4, 1, BUTTON, 3)))
-    assert pad.read(0.0) == [Key.REST, Key.END, Key.STOP]
+    assert pad.read(0.0) == [Key.REST, Key.KEEP, Key.END, Key.STOP, Key.KEEP]
 
 
 def test_a_pad_without_news_is_not_lost_and_one_that_is_unplugged_is(pipe):

@@ -2,11 +2,11 @@ import pytest
 
 from twbal.steering.request import Key, Response, Steering, SteeringRequest, Sticks
 
-STEP, TURN, TIMEOUT = 0.1, 0.5, 0.5
+STEP, TURN, TIMEOUT, STICK_TIMEOUT = 0.1, 0.5, 0.5, 2.0
 
 
 def steering(hold=False):
-    return Steering(Response(STEP, TURN, TIMEOUT, hold))
+    return Steering(Response(STEP, TURN, TIMEOUT, hold, STICK_TIMEOUT))
 
 
 def after(*keys, hold=False, every=0.03):
@@ -52,7 +52,7 @@ def test_silence_of_half_a_second_ends_what_keys_asked_for_and_not_before():
 
 
 def test_with_more_time_for_keys_a_turn_outlasts_the_wait_for_the_first_repeat():
-    steered = Steering(Response(STEP, TURN, 1.0, False))
+    steered = Steering(Response(STEP, TURN, 1.0, False, STICK_TIMEOUT))
     steered.take(0.0, Key.LEFT)
     for time in (0.3, 0.65, 0.99):
         steered.wait(time)
@@ -83,10 +83,32 @@ def test_a_speed_that_is_held_stays_without_keys_and_a_turn_does_not():
     assert steered.asked == SteeringRequest(STEP, 0.0) and not steered.events
 
 
-def test_sticks_count_until_they_are_moved():
-    steered, last = after(Sticks(0.5, 0.5))
-    steered.wait(last + 100.0)
+@pytest.mark.parametrize("hold", [False, True])
+def test_sticks_of_a_gamepad_that_falls_silent_ask_for_nothing_after_a_time(hold):
+    """It is out of range, or its stick is held still: Linux tells neither from the other."""
+    steered, last = after(Sticks(0.5, 0.5), hold=hold)
+    steered.wait(last + STICK_TIMEOUT - 1e-6)
     assert steered.asked == SteeringRequest(0.5, 0.5)
+    steered.wait(last + STICK_TIMEOUT + 1e-6)
+    assert steered.asked == SteeringRequest()
+    (event,) = steered.events
+    assert event.text == "no event of the gamepad for 2 s: the reference goes to rest"
+    steered.take(last + 5.0, Key.KEEP)  # another event of it, such as of a button
+    assert steered.asked == SteeringRequest()
+    steered.take(last + 6.0, Sticks(0.4, 0.0))
+    steered.wait(last + 7.0)
+    assert steered.asked == SteeringRequest(0.4, 0.0)
+
+
+def test_each_event_of_the_gamepad_shows_that_it_is_there():
+    steered, _ = after(Sticks(0.5, 0.5), *[Key.KEEP] * 10, every=1.9)
+    assert steered.asked == SteeringRequest(0.5, 0.5) and not steered.events
+
+
+def test_sticks_in_their_middle_may_be_silent():
+    steered, last = after(Sticks(0.5, 0.0), Sticks(0.0, 0.0))
+    steered.wait(last + 100.0)
+    assert not steered.events
 
 
 def test_from_the_end_on_nothing_but_a_stop_is_taken():

@@ -18,7 +18,7 @@ RADIUS = 0.15
 
 @pytest.fixture
 def limits(paper):
-    return SteeringLimits.from_settings(paper, 0.1, 0.5, 0.5, False, speed_limit=1.0, yaw_rate_limit=1.0)
+    return SteeringLimits.from_settings(paper, 0.1, 0.5, 0.5, False, 2.0, speed_limit=1.0, yaw_rate_limit=1.0)
 
 
 def moment(time, angle=0.0, heading=None):

@@ -19,7 +19,9 @@ PLACE = Channels(("tilt", "speed", "position"), 0.15, PERIOD)
 
 @pytest.fixture
 def limits(paper):
-    return SteeringLimits.from_settings(paper, speed_step=0.1, turn=0.5, input_timeout=0.5, hold=False)
+    return SteeringLimits.from_settings(
+        paper, speed_step=0.1, turn=0.5, input_timeout=0.5, hold=False, stick_timeout=2.0
+    )
 
 
 def drive(limits, robot, source, steps, turns=True, **settings):

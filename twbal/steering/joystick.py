@@ -90,15 +90,15 @@ class Pad:
         self._was_moved = False
 
     def take(self, event: JoystickEvent) -> Key | Sticks | None:
-        """What an event asks for; None where nothing new."""
+        """What an event asks for; `Key.KEEP` where it only shows that the device is there; None before it is moved."""
         kind = event.kind & ~_STATE
         self._was_moved = self._was_moved or kind == event.kind
         if not self._was_moved:
             return None
         if kind == _BUTTON:
-            return self._layout.key(event.number) if event.value else None
+            return (self._layout.key(event.number) if event.value else None) or Key.KEEP
         if kind != _AXIS or event.number not in (self._layout.speed_axis, self._layout.turn_axis):
-            return None
+            return Key.KEEP
         share = -_share(event.value)
         if event.number == self._layout.speed_axis:
             self._sticks = self._sticks._replace(speed=share)

@@ -39,6 +39,7 @@ class SteeringLimits:
         turn: float,
         input_timeout: float,
         hold: bool,
+        stick_timeout: float,
         speed_limit: float | None = None,
         acceleration_limit: float | None = None,
         jerk_limit: float | None = None,
@@ -51,10 +52,11 @@ class SteeringLimits:
 
         Args:
             robot: its sheet.
-            speed_step: see `Response` for this and the next three.
+            speed_step: see `Response` for this and the next four.
             turn: share of the yaw rate's limit.
             input_timeout: [s].
             hold: whether the asked speed stays where no key comes.
+            stick_timeout: [s].
             speed_limit: [m/s]; None: from the sheet, as the next two.
             acceleration_limit: [m/s²].
             jerk_limit: [m/s³].
@@ -69,10 +71,11 @@ class SteeringLimits:
         for name, share in (("speed_step", speed_step), ("turn", turn)):
             if not 0 < share <= 1:
                 raise ConfigError(f"steering.{name} is a share of a limit, more than 0 and at most 1; found {share}.")
-        for name, time in (("input_timeout", input_timeout), ("give_way", give_way)):
+        times = (("input_timeout", input_timeout), ("stick_timeout", stick_timeout), ("give_way", give_way))
+        for name, time in times:
             if not 0 < time < inf:
                 raise ConfigError(f"steering.{name} must be a positive, finite time in s; found {time}.")
         driving = MotionLimits.of_robot(robot, speed_limit, acceleration_limit, jerk_limit)
         turning = MotionLimits.of_turning(robot, driving.speed, yaw_rate_limit, yaw_acceleration_limit)
-        response = Response(speed_step, turn, input_timeout, hold)
+        response = Response(speed_step, turn, input_timeout, hold, stick_timeout)
         return cls(response, driving, turning, give_way * driving.speed, give_way * turning.speed, control_heading)

@@ -25,6 +25,9 @@ class Key(Enum):
     STOP = "stop"
 
 
+_MOVES = (Key.FASTER, Key.SLOWER, Key.LEFT, Key.RIGHT)
+
+
 class Sticks(NamedTuple):
     """Where the sticks of a gamepad stand.
 
@@ -58,19 +61,21 @@ class Response:
         turn: yaw rate that a key asks for, as a share of its limit.
         input_timeout: time without a key after which nothing is asked for any more [s].
         hold: the asked speed stays where no key comes.
+        stick_timeout: time without an event of a gamepad after which its sticks ask for nothing any more [s].
     """
 
     speed_step: float
     turn: float
     input_timeout: float
     hold: bool
+    stick_timeout: float
 
 
 class Steering:
     """Follows the keys and sticks of one drive.
 
-    Sticks say all the time where they stand, keys only that they were pressed; so silence ends what keys asked for, and
-    leaves what sticks ask for.
+    A key is only said to be pressed, and a stick to be moved: one that is held still is as silent as a gamepad that is
+    out of range. So silence ends what is asked for, of sticks later than of keys.
 
     Args:
         response: how keys are answered.
@@ -96,7 +101,9 @@ class Steering:
             self.stopped = self.stopped or "stopped by a key"
         if self.stopped or self.ending:
             return
-        self._heard, self._by_sticks = time, isinstance(what, Sticks)
+        self._heard = time
+        if isinstance(what, Sticks) or what in _MOVES:
+            self._by_sticks = isinstance(what, Sticks)
         if what is Key.END:
             self.end(time, "ended by a key")
         elif isinstance(what, Sticks):
@@ -115,13 +122,18 @@ class Steering:
     def wait(self, time: float) -> None:
         """Notice at a time [s] what has not come."""
         if self._by_sticks:
+            self._expire(time, self._response.stick_timeout, "no event of the gamepad")
             return
         if time - self._turned > max(TURN_TIME, self._response.input_timeout):
             self.asked = self.asked._replace(turn=0.0)
-        silence = self._response.input_timeout
-        if self.asked != SteeringRequest() and not self._response.hold and time - self._heard > silence:
+        if not self._response.hold:
+            self._expire(time, self._response.input_timeout, "no key")
+
+    def _expire(self, time: float, silence: float, what: str) -> None:
+        """Ask for nothing any more where nothing came for so long [s]."""
+        if self.asked != SteeringRequest() and time - self._heard > silence:
             self.asked = SteeringRequest()
-            self.events.append(Event(time, f"no key for {silence:g} s: the reference goes to rest"))
+            self.events.append(Event(time, f"{what} for {silence:g} s: the reference goes to rest"))
 
     def _press(self, time: float, key: Key) -> None:
         speed, turn = self.asked
