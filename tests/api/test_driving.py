@@ -1,10 +1,14 @@
 """Rollouts and trials by the library are those of the commands, and of the robot that is asked for."""
 
+import os
 import signal
+import threading
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from held_robot import HeldRobot
+from served import served
 
 import twbal
 from twbal.cli.main import main
@@ -12,6 +16,9 @@ from twbal.core.errors import ConfigError, LinkError, LinkLostError
 from twbal.core.plant import Observation, Plant
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.torque_gain import TorqueGain
+from twbal.link.protocol import Clock
+from twbal.policies.policy import Policy
+from twbal.virtual_robot.firmware import Firmware, Identity
 
 POLICY = "data/regression/policy.pt"
 
@@ -104,6 +111,92 @@ def test_a_robot_on_a_link_that_takes_less_than_its_sheet_says_is_not_driven(pol
     stronger = replace(twbal.robot(), torque_limit=40.0)
     with twbal.connect() as plant, pytest.raises(ConfigError, match=r"takes at most 20 N·m.*says 40 N·m"):
         twbal.evaluate(policy, stronger, plant=plant)
+
+
+class Resting(Policy):
+    """Commands nothing."""
+
+    def controller(self, rng):
+        return lambda state: 0.0
+
+
+HELD = {"name": "held", "torque_limit": 4.0}
+SHORT = ["success.duration=1.2", "success.settle_time=0.6", "success.place_time=0", "success.place_radii=null"]
+
+
+def driven_over_a_port(robot):
+    """Trials of a robot behind a port that does nothing."""
+    with served(Firmware(robot, Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP))) as port:
+        link = ["link.confirm_placed=null", "link.timeout=5"]
+        sheet = replace(twbal.robot(), **HELD)
+        with twbal.connect(port, sheet, link, heed_check=False) as plant:
+            return twbal.evaluate(Resting(), sheet, plant=plant, trials=2, overrides=SHORT)
+
+
+@pytest.fixture
+def own_handlers():
+    """Handlers of whoever calls the library; those signals that came to them."""
+    numbers, came = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP), []
+    before = {number: signal.signal(number, lambda number, frame: came.append(number)) for number in numbers}
+    yield came
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+class Signalled(HeldRobot):
+    """Sends this process a signal in its first trial, and tells of its stops."""
+
+    def __init__(self, number):
+        super().__init__()
+        self.number, self.stops = number, 0
+
+    def step(self, command):
+        if self._periods == 10:
+            os.kill(os.getpid(), self.number)
+        return super().step(command)
+
+    def stop(self):
+        self.stops += 1
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_stops_a_robot_on_a_port_and_is_heard_as_before_after_that(number, own_handlers):
+    robot = Signalled(number)
+    with pytest.raises(KeyboardInterrupt):
+        driven_over_a_port(robot)
+    assert robot.stops == 1
+    assert own_handlers == []
+    os.kill(os.getpid(), number)
+    assert own_handlers == [number]
+
+
+@pytest.mark.slow
+def test_a_signal_stops_a_robot_that_is_learned_on(own_handlers):
+    quick = ["sim_collect.rollouts=6", "sim_rounds=0", "ensemble=none", "updates=0", "trials=1"]
+    quick += ["calibration_rollouts=0", "search.horizon=20", "search.restarts=1", "search.iterations=5"]
+    quick += ["validation.robots=3", "parametrisation.basis=5"]
+    robot = Signalled(signal.SIGTERM)
+    with served(Firmware(robot, Identity("held", 20.0, 1.0, 0.1, Clock.LOCKSTEP))) as port:
+        link = ["link.confirm_placed=null", "link.timeout=5"]
+        with twbal.connect(port, overrides=link, heed_check=False) as plant, pytest.raises(KeyboardInterrupt):
+            twbal.learn(plant, "paper", quick)
+    assert robot.stops == 1
+    assert own_handlers == []
+
+
+def test_outside_of_the_main_thread_no_handler_is_set(own_handlers):
+    robot, found = Signalled(signal.SIGTERM), []
+    thread = threading.Thread(target=lambda: found.append(driven_over_a_port(robot)))
+    thread.start()
+    thread.join()
+    assert found[0].trials == 2
+    assert own_handlers == [signal.SIGTERM] * 2
+
+
+def test_a_policy_that_commands_more_than_the_sheet_allows_is_not_driven(policy):
+    weaker = replace(twbal.robot(), torque_limit=5.0)
+    with pytest.raises(ConfigError, match=r"commands up to 20 N·m; the robot 'paper' takes 5 N·m"):
+        twbal.evaluate(policy, weaker, plant=Unread(), trials=1)
 
 
 def test_what_cannot_be_driven_is_one_clear_error(policy):

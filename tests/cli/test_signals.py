@@ -115,3 +115,13 @@ def test_at_the_end_the_next_ctrl_c_ends_the_process_without_a_word():
     code += "os.kill(os.getpid(), signal.SIGINT)"
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert (found.returncode, found.stderr) == (-signal.SIGINT, "")
+
+
+def test_a_handler_that_python_did_not_install_is_left_alone(monkeypatch):
+    """As of a program in C that Python is part of: it could not be put back."""
+    set_now = []
+    monkeypatch.setattr(signal, "getsignal", lambda number: None)
+    monkeypatch.setattr(signal, "signal", lambda *given: set_now.append(given))
+    with stopped_once():
+        pass
+    assert not set_now

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -71,10 +72,17 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         plant: the robot; stays open.
         setup: how it learns.
         progress: is told what is being done, a line at a time.
+        while_driving: makes what holds while the robot is driven, such as handlers of signals.
     """
 
-    def __init__(self, plant: Plant, setup: Setup, progress: Progress) -> None:
-        self._plant, self._setup, self._say = plant, setup, progress
+    def __init__(
+        self,
+        plant: Plant,
+        setup: Setup,
+        progress: Progress,
+        while_driving: Callable[[], AbstractContextManager[None]] = nullcontext,
+    ) -> None:
+        self._plant, self._setup, self._say, self._while_driving = plant, setup, progress, while_driving
         self._channels, self._robot = setup.search.channels, setup.simulation.robot
         self.ensemble = list(setup.ensemble)
         self.identifies = setup.search.robust is not None
@@ -109,7 +117,8 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         driver = explored(policy.policy if policy else self._setup.at_random, settings, self._robot.torque_limit)
         limits = settings.steps, settings.tilt_limit
         plan = RolloutPlan(lambda: self._plant, driver, self._channels, *limits, new_watch=FrozenSensors)
-        return tuple(plan.drive_on(self._plant, [replace(source, trial=trial) for trial in settings.numbers]))
+        with self._while_driving():
+            return tuple(plan.drive_on(self._plant, [replace(source, trial=trial) for trial in settings.numbers]))
 
     def fit_simulation(self, place: Path, rollouts: Sequence[Episodes]) -> Timed[DynamicsModel]:
         """f."""

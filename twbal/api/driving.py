@@ -13,9 +13,10 @@ from twbal.algorithm.setup import Setup
 from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
+from twbal.api.real_robots import stoppable
 from twbal.api.sheets import RobotLike, check_overrides
 from twbal.cli.composed import warn_of
-from twbal.cli.policy_check import check_made_for, other_past_commands
+from twbal.cli.policy_check import check_made_for, check_torque, other_past_commands
 from twbal.cli.signals import interruptible
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
@@ -114,6 +115,9 @@ def evaluate(
 ) -> Evaluation:
     """Drive trials by a policy and count the successes, by the rule and the cost of `twbal iterate`.
 
+    While a robot on a link is driven in the main thread, SIGTERM and a closed terminal stop it and raise
+    KeyboardInterrupt, as Ctrl-C does.
+
     Args:
         policy: that drives, or the path of a `policy.pt`.
         robot: name of a packaged robot, path of a sheet, or nominal parameters.
@@ -125,7 +129,7 @@ def evaluate(
 
     Raises:
         ConfigError: an argument or a setting cannot be right, the policy was made for another control period, or the
-            plant is not the robot that was named.
+            plant is not the robot that was named, or the policy commands more than its torque limit.
         CheckpointError: the policy cannot be read.
         LinkError: the plant was closed; or the robot fell silent, measures the same again and again, or does not
             confirm that it has stopped.
@@ -143,6 +147,8 @@ def evaluate(
     given = checked_effects(effects)
     driver = _policy(policy)
     setup = configured(robot, overrides)
+    if plant is not None:
+        check_torque(driver, setup.simulation.robot)
     _check_made_for(driver, setup)
     if _channels(driver, setup.search.channels) != setup.search.channels:
         setup = configured(robot, [*overrides, *_state_of(driver)])
@@ -158,9 +164,7 @@ def evaluate(
             raise ConfigError("effects are those of the simulated robot, and here a plant is driven; give one of both.")
         check_robot(plant, setup.simulation.robot)
         check_sensors(plant, channels.names)
-        plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit, new_watch=FrozenSensors)
-        source = Provenance(name, "robot", seed=seed)
-        episodes = tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
+        episodes = _driven_on(plant, driver, channels, settings, Provenance(name, "robot", seed=seed))
     verdicts = tuple(judged(episode, rule) for episode in episodes)
     return Evaluation(
         successes=sum(verdict.succeeded for verdict in verdicts),
@@ -169,6 +173,15 @@ def evaluate(
         episodes=episodes,
         verdicts=verdicts,
     )
+
+
+def _driven_on(
+    plant: Plant, driver: Policy, channels: Channels, settings: RolloutSettings, source: Provenance
+) -> tuple[Episode, ...]:
+    """Trials on a robot that is there already."""
+    plan = RolloutPlan(lambda: plant, driver, channels, settings.steps, settings.tilt_limit, new_watch=FrozenSensors)
+    with stoppable(plant):
+        return tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
 
 
 def _check_counts(trials: int, seed: int, overrides: Sequence[str]) -> None:

@@ -11,7 +11,9 @@ from twbal.algorithm.setup import Setup
 from twbal.algorithm.summary import Summary
 from twbal.api.arguments import check_plant, check_progress
 from twbal.api.configured import setup as configured
+from twbal.api.real_robots import stoppable
 from twbal.api.sheets import RobotLike, sheet_of
+from twbal.cli.policy_check import check_torque
 from twbal.cli.signals import interruptible
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
@@ -56,7 +58,8 @@ def learn(
 ) -> LearningResult:
     """Learn to balance a robot by Algorithm 1: simulator model f, policy, real rollouts, correction g, better policy.
 
-    The same seed on the same robot gives the same policies as `twbal iterate`, bit for bit.
+    The same seed on the same robot gives the same policies as `twbal iterate`, bit for bit. While a robot on a link is
+    driven in the main thread, SIGTERM and a closed terminal stop it and raise KeyboardInterrupt, as Ctrl-C does.
 
     Args:
         plant: the robot to drive: of `twbal.connect`, or any `twbal.core.plant.Plant`; stays open.
@@ -96,7 +99,8 @@ def learn(
         _check(setup, robot, overrides)
     check_robot(plant, setup.simulation.robot)
     check_sensors(plant, setup.search.channels.names)
-    began, steps = time.monotonic(), InMemory(plant, setup, progress)
+    check_torque(setup.at_random, setup.simulation.robot)
+    began, steps = time.monotonic(), InMemory(plant, setup, progress, lambda: stoppable(plant))
     learned = Algorithm(steps, setup.algorithm, setup.driving, setup.rule).run()
     found = findings(learned, steps, setup.measures)
     summary = summarise(

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+from twbal.api.real_robots import heed_last_check
 from twbal.api.sheets import RobotLike, check_overrides, is_packaged, sheet_of, words_for, words_of_sheet
 from twbal.cli.composed import built, composed
 from twbal.cli.robot_link import with_own_sheet
@@ -32,31 +33,47 @@ def robot(name: str | Path = "paper") -> RobotParameters:
 
 
 def connect(
-    port: str | Path | None = None, robot: RobotLike = "paper", overrides: Sequence[str] = ()
+    port: str | Path | None = None,
+    robot: RobotLike = "paper",
+    overrides: Sequence[str] = (),
+    *,
+    heed_check: bool = True,
 ) -> AbstractContextManager[SerialPlant]:
     """A robot to drive, for the length of a `with` block; its motors stop on every way out.
+
+    A robot on a port is refused where `twbal real-rollout` refuses it: its last `twbal check-link` found something
+    wrong, or the robot or its sheet has changed since then.
 
     Args:
         port: such as `/dev/ttyUSB0`, `socket://host:port` or `rfc2217://host:port`; None starts a virtual robot, which
             has effects that its nominal parameters leave out.
         robot: name of a packaged robot, path of a sheet, or nominal parameters.
         overrides: of the settings of the link, such as `["link.seed=3"]`: which virtual robot.
+        heed_check: False drives a robot on a port whatever its last check says.
 
     Raises:
         ConfigError: there is no such robot or setting.
         LinkError: the robot cannot be reached.
+        CheckError: the last check of its link speaks against arming it.
+
+    Warns:
+        UserWarning: a robot on a port was never checked, or its signs were not tried by hand.
 
     >>> import twbal
     >>> with twbal.connect() as plant:
     ...     plant.control_period  # s
     0.02
     """
-    arguments = {"robot": "robot"} if port is None else {"robot": "robot", "link": "port", "link.port": "port"}
-    check_overrides(overrides, arguments)
+    arguments = {"robot": "robot", "heed_check": "heed_check"}
+    check_overrides(overrides, arguments if port is None else {**arguments, "link": "port", "link.port": "port"})
     link = ["link=virtual"] if port is None else ["link=serial", f"link.port={str(port)!r}"]
     cfg = composed("real-rollout", ["policy=random", *words_for(robot, link), *overrides])
     if not is_packaged(robot):
         cfg = with_own_sheet(cfg, words_of_sheet(sheet_of(robot)))
     plant = built(cfg, "link")
     assert isinstance(plant, AbstractContextManager)
+    if port is not None and heed_check:
+        sheet = built(cfg, "robot")
+        assert isinstance(plant, SerialPlant) and isinstance(sheet, RobotParameters)
+        heed_last_check(plant, sheet, robot)
     return plant

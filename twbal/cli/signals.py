@@ -34,7 +34,8 @@ def stopped_once() -> Iterator[None]:
             raise KeyboardInterrupt
 
     before = {number: signal.getsignal(number) for number in STOPPING}
-    heard = [number for number, handler in before.items() if handler is not signal.SIG_IGN]
+    # None is a handler that Python did not install, and cannot put back.
+    heard = [number for number, handler in before.items() if handler not in (signal.SIG_IGN, None)]
     try:
         for number in heard:
             signal.signal(number, stop)
