@@ -98,7 +98,7 @@ def advice_of_last_check(plant: SerialPlant, robot: RobotParameters, of_intervie
 
 
 def _needed(plant: SerialPlant) -> tuple[str, ...]:
-    """Checks that must have been made: a real robot's, which nobody holds in lockstep, and which a person can move."""
+    """Checks that must have been made: Stop and watchdog in real time, and the signs where a person places it."""
     of_person = (SIGNS_BY_HAND,) if plant.is_placed_by_hand else ()
     return of_person if plant.clock is Clock.LOCKSTEP else (*MUST_HOLD, *of_person)
 
