@@ -8,7 +8,6 @@ products are larger. Steps of a fit may well be a little short, but standard err
 from functools import cache
 
 import numpy as np
-from scipy.stats import chi2
 
 from twbal.core.gaussian import Array
 from twbal.sysid.likelihood import TAIL
@@ -21,6 +20,7 @@ def slope_excess(channels: int) -> float:
     Errors are weighted as of Student's t, and the squared slope of what is weighted so is more than the curvature where
     the noise is normal: by 19, 23 or 27 % for two, three or four channels.
     """
+    from scipy.stats import chi2  # takes a second, and not every command fits a model
 
     def squared_slope(s: Array) -> Array:
         """Of r √(ρ(s) / s) by r, for s = |r|², over directions."""
