@@ -202,7 +202,7 @@ class Job:
         """
         print("\n".join(job_lines(by.sweep)), flush=True)
         return SweepError(
-            f"{by} So the sweep ended, and its next jobs were not begun: they would drive the same robot. Once that is "
+            f"{by} So the sweep ended, and its next jobs were not begun, as they may drive that robot. Once that is "
             f"mended, this does what is missing: {again(self._stage, words, by.sweep)}"
         )
 
