@@ -55,6 +55,7 @@ from benchmarks.on_boards.__main__ import on_board_cycles  # noqa: E402
 from benchmarks.on_boards.agreement import on_board_agreement  # noqa: E402
 from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
+from benchmarks.other_robots.power import POWER_PARTS  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
@@ -153,6 +154,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "missed": missed,
     "mending": mending,
     **OTHER_ROBOTS,
+    **POWER_PARTS,
     "calibration": calibration_table,
     "other_robots_reliability": other_robots_reliability,
     "effects_shown": effects_shown,

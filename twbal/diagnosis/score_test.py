@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.core.threads import in_threads
-from twbal.diagnosis.candidates import Candidate, CandidateParameter
+from twbal.diagnosis.candidates import TIMING, Candidate, CandidateParameter
 from twbal.diagnosis.grid_search import local_optima
 from twbal.diagnosis.wave_search import likeliest_wave
 from twbal.sysid.model import Data, FreeParameter, Model
@@ -44,7 +44,8 @@ class SizeChanges(NamedTuple):
         pulls: (P,) products of the change with the slopes by the other free values.
         priors: -2 log prior density of the size over that of none; of what every model has within a prior, else empty.
         information: (P, P) products of those slopes.
-        precisions: (P,) of the other free values.
+        precisions: (P,) of the other free values' priors.
+        timing: (P,) which of these values are of the sensors' timing.
     """
 
     squares: dict[float, float]
@@ -52,15 +53,17 @@ class SizeChanges(NamedTuple):
     priors: dict[float, float]
     information: Array
     precisions: Array
+    timing: Mask
 
     def gains(self, temperature: float) -> dict[float, float]:
         """Gain in -2 log likelihood, less what other free values make up for within their priors.
 
-        The priors count the temperature times, as where the likelihood is tempered. Where every model has the size
-        within a prior, that explains a part without the candidate: of a parabola of the cost and one of the prior, the
-        lowest sum lies where their slopes cancel.
+        Priors of the sensors' timing count the temperature times, as in the probabilities of sets. Where every model
+        has the size within such a prior, that explains a part without the candidate: of a parabola of the cost and one
+        of the prior, the lowest sum lies where their slopes cancel.
         """
-        normal = inverse_of(self.information + np.diag(temperature * self.precisions))
+        precisions = np.where(self.timing, temperature, 1.0) * self.precisions
+        normal = inverse_of(self.information + np.diag(precisions))
         found = dict[float, float]()
         for size, square in self.squares.items():
             gain = square - float(self.pulls[size] @ normal @ self.pulls[size]) if np.isfinite(square) else square
@@ -170,7 +173,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     shift = penalty(fit.free_parameters, fit.values)
     best, gain, joint_gain = np.inf, -np.inf, 0.0
     jointly: Model | None = None
-    changes = SizeChanges({}, {}, {}, information, ridge)
+    changes = SizeChanges({}, {}, {}, information, ridge, np.array([free.field in TIMING for free in free_parameters]))
     model, elsewhere = fit.model.put(now), tuple[Model, ...]()
 
     def power_of(change: Array) -> float:

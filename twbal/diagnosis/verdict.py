@@ -126,8 +126,8 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
     errors gain by chance, and by a factor for all else that a robot's form differs in. Long data are sure of that
     difference, too; so the factor is no less than a share of what the best set gains beyond a filter of the tilt. The
-    prior of a set's values is not tempered: what the data sheet says does not depend on the recordings. A set that
-    swallows the commands explains anything; it has no probability beside a chosen one that does not.
+    priors of the sensors' timing are not tempered (`FittedHypothesis.tempered_bic`). A set that swallows the commands
+    explains anything; it has no probability beside a chosen one that does not.
     """
     sets = selection.sets
     temperature = temperature_of(selection, settings)

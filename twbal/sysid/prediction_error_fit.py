@@ -1,6 +1,6 @@
 """Prediction-error fits: the values under which the recordings are likeliest, with a prior on some of them."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
+from twbal.sysid.model import Data, Field, FreeParameter, LogOffset, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.normal_equations import solve_normal
 
@@ -44,20 +44,27 @@ class Fit(NamedTuple):
         """(P,) fitted values."""
         return np.array([self.model.value(free.field) for free in self.free_parameters])
 
-    def tempered_cost(self, temperature: float) -> float:
-        """The lowest -2 log posterior for a likelihood to the power of one over the temperature, to first order.
+    def tempered_cost(self, temperature: float, known: Collection[Field]) -> float:
+        """The lowest -2 log posterior over a temperature, by which all is divided but the priors of some values.
 
-        Such a likelihood pulls less on what has a prior. With the values v and the prior's means m, precisions P, the
-        optimum is lower than the cost at v by gᵀ (H / T + P)⁻¹ g, where g = (1 - 1 / T) P (v - m) and H = JᵀJ: at v the
-        slopes of likelihood and prior cancel.
+        To first order: a likelihood that counts less pulls less on these values. With the values v, their priors' means
+        m and precisions P, the optimum is lower than the cost at v by gᵀ (H / T + P)⁻¹ g. There g is (1 - 1 / T) P
+        (v - m), as at v all slopes cancel, and H the curvature of all else.
+
+        Args:
+            temperature: T.
+            known: fields of the values whose priors count in full.
         """
-        prior = penalty(self.free_parameters, self.values)
+        frees = [free for free in self.free_parameters if free.field in known]
+        prior = penalty(frees, np.array([self.model.value(free.field) for free in frees]))
         here = (self.cost - prior) / temperature + prior
         if self.information is None or not np.isfinite(here):
             return here
+        is_known = np.array([free.field in known for free in self.free_parameters], float)
         means, sds = (np.array([getattr(free, name) for free in self.free_parameters]) for name in ("mean", "sd"))
-        pull = (1.0 - 1.0 / temperature) * (self.values - means) / sds**2
-        lower = float(pull @ solve_normal(self.information / temperature + np.diag(1.0 / sds**2), pull))
+        pull = (1.0 - 1.0 / temperature) * is_known * (self.values - means) / sds**2
+        share = is_known + (1.0 - is_known) / temperature
+        lower = float(pull @ solve_normal(self.information / temperature + np.diag(share / sds**2), pull))
         return here - min(max(lower, 0.0), prior)
 
 
