@@ -35,9 +35,7 @@ def test_what_a_usual_size_would_have_gained_is_what_it_gains_where_it_is(paper,
     present = other.white(model.put({f"{name}_{key}": value for key, value in values.items()}), fits[1].kalman)
     gained = float(fits[1].white @ fits[1].white - present @ present)
     assert gained > 1000.0
-    assert (
-        0.25 < said.changes.gains(1.0)[1.0] / gained < 4.0
-    )  # to first order, and the other robot takes another course
+    assert 0.25 < said.detectable[1.0] / gained < 4.0  # to first order, and the other robot takes another course
 
 
 def test_a_limit_between_one_that_changes_nothing_and_one_that_is_too_low_is_found(paper):

@@ -174,21 +174,3 @@ def test_a_fit_stays_where_predictions_diverge_a_nudge_further(data, start, monk
     found = descend(data, start, data.filter(start), FREES, 3)
     assert np.isfinite(found.cost)
     assert found.model.value("torque_gain_gain") == edge
-
-
-@pytest.mark.parametrize("temperature", [1.0, 4.0, 30.0])
-@pytest.mark.parametrize("known", [(ANGLE_LEAD,), ("torque_gain_gain", "body_mass_factor", ANGLE_LEAD)])
-def test_a_tempered_cost_is_that_of_a_fit_with_narrower_priors(data, start, temperature, known):
-    """Without the friction that is there, values leave their tolerances; less far for a tempered likelihood."""
-    pulled = (FREES[0], FREES[1], FREES[4])
-    model = start.put({"coulomb_friction_torque": 0.0, "actuation_delay_delay": 0.008})
-    kalman = data.filter(model)
-    fit = descend(data, model, kalman, pulled, 12)
-    narrower = [free._replace(sd=free.sd / temperature**0.5) if free.field in known else free for free in pulled]
-    best = descend(data, fit.model, kalman, narrower, 12)
-    frees = [free for free in pulled if free.field in known]
-    pull = penalty(frees, np.array([fit.model.value(free.field) for free in frees]))
-    assert penalty(pulled, fit.values) > 20.0
-    assert fit.tempered_cost(temperature, known) == pytest.approx(best.cost / temperature, abs=0.2 * pull + 1e-6)
-    assert fit.tempered_cost(temperature, known) <= (fit.cost - pull) / temperature + pull + 1e-9
-    assert fit.tempered_cost(temperature, ()) == pytest.approx(fit.cost / temperature)

@@ -13,9 +13,6 @@ from twbal.sysid.model import ANGLE_LEAD, FreeParameter, LogOffset
 LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
 
-TIMING = ("imu_delay_delay", ANGLE_LEAD)
-"""Fields of what every model has of the sensors' timing, within tolerances."""
-
 _PHASE = "phase"  # parameter of waves, which has no bounds
 _FREQUENCY, _DAMPING = "frequency", "damping"
 _COUNTERS = (_FREQUENCY, "count", "waves")
@@ -186,7 +183,7 @@ def always_free(
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,
-        FreeParameter(TIMING[0], 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
+        FreeParameter("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
         FreeParameter(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
         *log_offsets(tolerances, recordings, several_runs),
     )

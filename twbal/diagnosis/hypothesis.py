@@ -8,7 +8,7 @@ import numpy as np
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
-from twbal.diagnosis.candidates import TIMING, Candidate
+from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.filter_starts import filter_starts, has_lasting_tilt_error
 from twbal.diagnosis.grid_search import improved
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
@@ -70,14 +70,6 @@ class FittedHypothesis(NamedTuple):
     def bic(self) -> float:
         """Cost and penalty."""
         return self.fit.cost + self.bic_penalty
-
-    def tempered_bic(self, temperature: float) -> float:
-        """The same over a temperature, by which all is divided but the priors of the sensors' timing.
-
-        By how much these may be late is known of a robot's sensors, whatever was recorded. Values of the data sheet
-        make up for all that a set lacks, so their priors count no more than the recordings.
-        """
-        return self.fit.tempered_cost(temperature, TIMING) + self.bic_penalty / temperature
 
     @property
     def autocorrelation(self) -> float:

@@ -22,8 +22,7 @@ def with_likeliest(
 ) -> Selection:
     """The selection, ended with the likeliest set that is sound by itself, where that is clearly likelier.
 
-    A set that lies in the chosen one does not take its place: what is worth naming was decided there. One that holds it
-    does where it alone is clearly likelier: the chosen one then needs what its priors speak against.
+    A set that holds the chosen one, or lies in it, does not take its place: what is worth naming was decided there.
 
     Args:
         problem: what was selected from.
@@ -33,14 +32,12 @@ def with_likeliest(
     """
     chosen = set(selection.chosen.names)
     others = [
-        w for w in selection.sets if w.effects and problem.is_sound(w, selection.base) and not set(w.names) <= chosen
+        w
+        for w in selection.sets
+        if w.effects and problem.is_sound(w, selection.base) and not _are_nested(chosen, set(w.names))
     ]
     best = max(others, key=lambda w: weights[w.names], default=None)
-    if not chosen or best is None:
-        return selection
-    is_larger = chosen < set(best.names)
-    own = weights.get(selection.chosen.names, 0.0) if is_larger else _weight_of(selection.chosen, weights)
-    if weights[best.names] < _CLEARLY * own:
+    if not chosen or best is None or weights[best.names] < _CLEARLY * _weight_of(selection.chosen, weights):
         return selection
     progress(f"weighing the likeliest set, {', '.join(best.names)}")
     rounds = [*selection.rounds, Round(selection.chosen, [], []), problem.add_to(best, selection.rounds)]

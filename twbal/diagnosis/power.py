@@ -52,18 +52,17 @@ def detection_power(
     """
     found, per_gain = [], beside.autocorrelation * data.slope_excess
     for each in scored:
-        if each.candidate.in_data_sheet or not each.changes.squares:
+        if each.candidate.in_data_sheet or not each.detectable:
             continue
-        gains = each.changes.gains(temperature)
         asked = bic_penalty([each.candidate], data.count) - 2.0 * temperature * log_odds
         asked /= beside.autocorrelation
-        sizes = np.geomspace(_FINEST, max(gains), _GRID)
-        chances = _chances(each.candidate, gains_at(gains, sizes) / per_gain, asked)
+        sizes = np.geomspace(_FINEST, max(each.detectable), _GRID)
+        chances = _chances(each.candidate, gains_at(each.detectable, sizes) / per_gain, asked)
         enough = np.flatnonzero(chances >= _SURE)
         least = float(sizes[enough[0]]) if len(enough) else None
         these = shares or (_LIMITS if each.candidate.parameters[0].is_limit else _SIZES)
         ways = np.array([way_to(each.candidate, value_at(each.candidate, share)) for share in these])
-        said = _chances(each.candidate, gains_at(gains, ways) / per_gain, asked)
+        said = _chances(each.candidate, gains_at(each.detectable, ways) / per_gain, asked)
         found.append(
             DetectionPower(
                 name=each.candidate.name,
@@ -85,16 +84,16 @@ def unseen(powers: Sequence[DetectionPower]) -> list[DetectionPower]:
     return [power for power in powers if power.at_usual < LIKELY]
 
 
-def gains_at(known_gains: Mapping[float, float], sizes: Array) -> Array:
+def gains_at(detectable: Mapping[float, float], sizes: Array) -> Array:
     """Gain in -2 log likelihood of an effect of each size: its square root is linear between sizes that are known.
 
     Beyond the largest of them it goes on as to first order.
 
     Args:
-        known_gains: by size, as of `SizeChanges.gains`.
+        detectable: gain by size, as of `ScoredCandidate`.
         sizes: as shares of the usual size.
     """
-    known, gains = np.array([(0.0, 0.0), *sorted(known_gains.items())]).T
+    known, gains = np.array([(0.0, 0.0), *sorted(detectable.items())]).T
     roots, last = np.sqrt(np.clip(gains, 0.0, _BOUND)), known[-1]
     return np.asarray(np.where(sizes <= last, np.interp(sizes, known, roots), roots[-1] * sizes / last) ** 2)
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array, Mask
+from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
-from twbal.diagnosis.candidates import TIMING, Candidate, CandidateParameter
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.grid_search import local_optima
 from twbal.diagnosis.wave_search import likeliest_wave
 from twbal.sysid.model import Data, FreeParameter, Model
@@ -34,46 +34,6 @@ _ELSEWHERE = 2  # other local optima of a likelihood, at most
 _FREQUENCIES = 9  # frequencies at which a resonance is tried, evenly by ratio
 
 
-class SizeChanges(NamedTuple):
-    """What a candidate would have changed of the whitened errors, had it been there, by its size.
-
-    Sizes are shares of the candidate's start values.
-
-    Attributes:
-        squares: squared length of the change; infinite where predictions diverge.
-        pulls: (P,) products of the change with the slopes by the other free values.
-        priors: -2 log prior density of the size over that of none; of what every model has within a prior, else empty.
-        information: (P, P) products of those slopes.
-        precisions: (P,) of the other free values' priors.
-        timing: (P,) which of these values are of the sensors' timing.
-    """
-
-    squares: dict[float, float]
-    pulls: dict[float, Array]
-    priors: dict[float, float]
-    information: Array
-    precisions: Array
-    timing: Mask
-
-    def gains(self, temperature: float) -> dict[float, float]:
-        """Gain in -2 log likelihood, less what other free values make up for within their priors.
-
-        Priors of the sensors' timing count the temperature times, as in the probabilities of sets. Where every model
-        has the size within such a prior, that explains a part without the candidate: of a parabola of the cost and one
-        of the prior, the lowest sum lies where their slopes cancel.
-        """
-        precisions = np.where(self.timing, temperature, 1.0) * self.precisions
-        normal = inverse_of(self.information + np.diag(precisions))
-        found = dict[float, float]()
-        for size, square in self.squares.items():
-            gain = square - float(self.pulls[size] @ normal @ self.pulls[size]) if np.isfinite(square) else square
-            if self.priors:
-                prior = temperature * self.priors[size]
-                gain = prior if np.isinf(gain) else gain * prior / (gain + prior) if gain + prior > 0.0 else 0.0
-            found[size] = gain
-        return found
-
-
 class ScoredCandidate(NamedTuple):
     """A candidate, and how much it may gain.
 
@@ -81,7 +41,8 @@ class ScoredCandidate(NamedTuple):
         candidate: which.
         gain: in -2 log likelihood, predicted from its slopes, or of a short fit.
         model: with its values.
-        changes: that it would have made to the errors, had it been there.
+        detectable: by size, as a share of its start values: gain in -2 log likelihood that the candidate would have
+            brought, had it been there at that size.
         joint_gain: predicted to first order if the other free values were fitted with the candidate.
         elsewhere: models at other local optima of the likelihood, from which a fit may begin as well.
     """
@@ -89,7 +50,7 @@ class ScoredCandidate(NamedTuple):
     candidate: Candidate
     gain: float
     model: Model
-    changes: SizeChanges
+    detectable: Mapping[float, float]
     joint_gain: float = 0.0
     elsewhere: tuple[Model, ...] = ()
 
@@ -164,8 +125,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     kept = [i for i, free in enumerate(fit.free_parameters) if free.field not in start]
     frozen, free_parameters = J[:, kept], [fit.free_parameters[i] for i in kept]
     ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in free_parameters])
-    information = frozen.T @ frozen
-    normal = inverse_of(information + np.diag(ridge))
+    normal = inverse_of(frozen.T @ frozen + np.diag(ridge))
     own = [free for free in fit.free_parameters if free.field in start]
     freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
@@ -173,7 +133,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     shift = penalty(fit.free_parameters, fit.values)
     best, gain, joint_gain = np.inf, -np.inf, 0.0
     jointly: Model | None = None
-    changes = SizeChanges({}, {}, {}, information, ridge, np.array([free.field in TIMING for free in free_parameters]))
+    detectable = dict[float, float]()
     model, elsewhere = fit.model.put(now), tuple[Model, ...]()
 
     def power_of(change: Array) -> float:
@@ -205,7 +165,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         if joint > joint_gain:
             joint_gain, jointly = joint, _less(tried, free_parameters, normal @ (frozen.T @ change))
         if size > 0.0 and not candidate.is_wave:  # sizes of a wave are those of the one that was found
-            _note(changes, size, white - without, frozen, own, tried)
+            detectable[size] = power if not own else _beyond_prior(power_of(white - without), _prior_of(own, tried))
         if cost < best:
             best, model = cost, tried
     if jointly is not None:
@@ -218,29 +178,26 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         model = optima[0].model if optima[0].cost < best else model
         elsewhere = tuple(each.model for each in optima if each.model is not model)[:_ELSEWHERE]
     if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
-        tried = fit.model.put(usual)
-        _note(changes, 1.0, data.white(tried, fit.kalman) - without, frozen, own, tried)
-    return ScoredCandidate(candidate, gain, model, changes, freed + joint_gain, elsewhere)
+        change = data.white(fit.model.put(usual), fit.kalman) - fit.white
+        detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
+    return ScoredCandidate(candidate, gain, model, detectable, freed + joint_gain, elsewhere)
 
 
-def _note(
-    changes: SizeChanges, size: float, change: Array, frozen: Array, own: Sequence[FreeParameter], tried: Model
-) -> None:
-    """Put what a size changes of the errors to what others do.
+def _beyond_prior(gain: float, prior: float) -> float:
+    """Gain of an effect that every model has within a prior, which explains a part of it without the effect.
+
+    Of a parabola of the cost and one of the prior, the lowest sum lies where their slopes cancel.
 
     Args:
-        changes: to which it is put.
-        size: which.
-        change: of the whitened errors.
-        frozen: slopes by the other free values.
-        own: what of the candidate every model has within a prior.
-        tried: the model with the size.
+        gain: if nothing else could explain it.
+        prior: -2 log of the prior's density at its size, over that at its mean.
     """
-    is_finite = bool(np.isfinite(change).all())
-    changes.squares[size] = float(change @ change) if is_finite else np.inf
-    changes.pulls[size] = frozen.T @ change if is_finite else np.zeros(frozen.shape[1])
-    if own:
-        changes.priors[size] = penalty(own, np.array([tried.value(free.field) for free in own]))
+    return gain * prior / (gain + prior) if gain + prior > 0.0 else 0.0
+
+
+def _prior_of(own: Sequence[FreeParameter], model: Model) -> float:
+    """-2 log of the prior's density at a model's values, over that at its mean."""
+    return penalty(own, np.array([model.value(free.field) for free in own]))
 
 
 def _less(model: Model, free_parameters: Sequence[FreeParameter], back: Array) -> Model:

@@ -125,14 +125,13 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     The prior odds of its effects, each of which is missing with the same probability, times the likelihood ratio by the
     Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
     errors gain by chance, and by a factor for all else that a robot's form differs in. Long data are sure of that
-    difference, too; so the factor is no less than a share of what the best set gains beyond a filter of the tilt. The
-    priors of the sensors' timing are not tempered (`FittedHypothesis.tempered_bic`). A set that swallows the commands
-    explains anything; it has no probability beside a chosen one that does not.
+    difference, too; so the factor is no less than a share of what the best set gains beyond a filter of the tilt. A set
+    that swallows the commands explains anything; it has no probability beside a chosen one that does not.
     """
     sets = selection.sets
     temperature = temperature_of(selection, settings)
     odds = log_prior_odds(settings) * np.array([len(w.candidates) for w in sets])
-    scores = odds - 0.5 * np.array([w.tempered_bic(temperature) for w in sets])
+    scores = odds - np.array([w.bic for w in sets]) / (2.0 * temperature)
     scores[[not _is_weighed(w, selection.chosen) for w in sets]] = -np.inf
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()

@@ -1,6 +1,6 @@
 """Prediction-error fits: the values under which the recordings are likeliest, with a prior on some of them."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +9,8 @@ from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, Field, FreeParameter, LogOffset, Model
+from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
 from twbal.sysid.noise import NoiseModel
-from twbal.sysid.normal_equations import solve_normal
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
@@ -29,7 +28,6 @@ class Fit(NamedTuple):
         cost: -2 log likelihood and log prior, but for a constant; of `descend`, without the filter's determinants.
         kalman: the filter that made its prediction errors: that of the model which this fit began from.
         white: whitened prediction errors, flat (N,).
-        information: (P, P) of the errors about what is free, JᵀJ, before the last step; None where none was taken.
     """
 
     model: Model
@@ -37,35 +35,11 @@ class Fit(NamedTuple):
     cost: float
     kalman: Filter
     white: Array
-    information: Array | None = None
 
     @property
     def values(self) -> Array:
         """(P,) fitted values."""
         return np.array([self.model.value(free.field) for free in self.free_parameters])
-
-    def tempered_cost(self, temperature: float, known: Collection[Field]) -> float:
-        """The lowest -2 log posterior over a temperature, by which all is divided but the priors of some values.
-
-        To first order: a likelihood that counts less pulls less on these values. With the values v, their priors' means
-        m and precisions P, the optimum is lower than the cost at v by gᵀ (H / T + P)⁻¹ g. There g is (1 - 1 / T) P
-        (v - m), as at v all slopes cancel, and H the curvature of all else.
-
-        Args:
-            temperature: T.
-            known: fields of the values whose priors count in full.
-        """
-        frees = [free for free in self.free_parameters if free.field in known]
-        prior = penalty(frees, np.array([self.model.value(free.field) for free in frees]))
-        here = (self.cost - prior) / temperature + prior
-        if self.information is None or not np.isfinite(here):
-            return here
-        is_known = np.array([free.field in known for free in self.free_parameters], float)
-        means, sds = (np.array([getattr(free, name) for free in self.free_parameters]) for name in ("mean", "sd"))
-        pull = (1.0 - 1.0 / temperature) * is_known * (self.values - means) / sds**2
-        share = is_known + (1.0 - is_known) / temperature
-        lower = float(pull @ solve_normal(self.information / temperature + np.diag(share / sds**2), pull))
-        return here - min(max(lower, 0.0), prior)
 
 
 def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
@@ -141,14 +115,12 @@ def descend(
     white = data.white(model, kalman)
     best = _cost(white, free_parameters, x)
     damping, begin = _FIRST_DAMPING, 0 if known is None else known.shape[1]
-    information = None
     for _ in range(iterations):
         J = slopes(data, model, kalman, free_parameters[begin:], white)
         J = J if known is None else np.hstack([known, J])
         if not np.isfinite(J).all():  # predictions diverge, here or a nudge from here
             break
-        information = J.T @ J
-        H = information + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
+        H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
         gradient = J.T @ white + (x - means) / sds**2
         gained = 0.0
         while damping < _LAST_DAMPING:
@@ -165,7 +137,7 @@ def descend(
                 break
         if gained < _SETTLED:
             break
-    return Fit(model, tuple(free_parameters), best, kalman, white, information)
+    return Fit(model, tuple(free_parameters), best, kalman, white)
 
 
 def _cost(white: Array, free_parameters: Sequence[FreeParameter], x: Array) -> float:
