@@ -15,7 +15,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import Effects, FilterResult
-from twbal.diagnosis.record import FLAT, Gap
+from twbal.diagnosis.record import Gap
 from twbal.diagnosis.rollouts_from_recordings import (
     Replay,
     RolloutInputs,
@@ -83,9 +83,9 @@ def measure_gaps(
             better = nominal if before < middle else refitted
             excess = _excess(named.errors[:, steps, i], better.errors[:, steps, i])
             noise_floor = float(floor[steps, i])
-            closed = (before - after) / (before - noise_floor) if before > (1.0 + FLAT) * noise_floor else None
             least = min(noise_floor, after)
-            gaps.append(Gap(MEASURED[i], horizon, before, middle, after, least, closed, noise_floor, excess))
+            gap = Gap(MEASURED[i], horizon, before, middle, after, least, None, noise_floor, excess)
+            gaps.append(gap._replace(closed=gap.share(before - after)))
     if not models.drawn or all(gap.is_near_floor(gap.after) for gap in gaps):
         return tuple(gaps)
     by_values = _parameter_floor(models, named, replay, given.ahead(stretches.ahead))

@@ -35,9 +35,6 @@ LISTED = 0.02
 LIKELY = 0.5
 """Probability from which on an effect is more likely missing than not."""
 
-FLAT = 0.1
-"""Share of the noise floor by which a gap must exceed it for a share of the gap to mean anything."""
-
 
 class Verdict(StrEnum):
     """What a diagnosis comes to."""
@@ -190,6 +187,7 @@ class Remaining(NamedTuple):
 
 
 _SAID_SCALE = 1.05
+_FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
 
 
 class Gap(NamedTuple):
@@ -236,12 +234,12 @@ class Gap(NamedTuple):
     @property
     def closed_by_refit(self) -> float | None:
         """Share of before - noise_floor that refitting the data sheet closes; None where there is hardly a gap."""
-        return self._share(self.before - self.refitted)
+        return self.share(self.before - self.refitted)
 
     @property
     def closed_by_effects(self) -> float | None:
         """Share of before - noise_floor that what was added to the refitted data sheet closes beyond it."""
-        return self._share(self.refitted - self.after)
+        return self.share(self.refitted - self.after)
 
     @property
     def is_worse(self) -> bool:
@@ -253,12 +251,12 @@ class Gap(NamedTuple):
     @property
     def remaining(self) -> float | None:
         """Share of before - noise_floor that is left, not clipped; None where there is hardly a gap."""
-        return self._share(self.after - self.noise_floor)
+        return self.share(self.after - self.noise_floor)
 
     @property
     def left_by_refit(self) -> float | None:
         """As `remaining`, of the refitted data sheet."""
-        return self._share(self.refitted - self.noise_floor)
+        return self.share(self.refitted - self.noise_floor)
 
     @property
     def interval_scale(self) -> float:
@@ -284,8 +282,9 @@ class Gap(NamedTuple):
         """
         return self.channel != "tilt" or error <= EXPLAINED * self.expected
 
-    def _share(self, change: float) -> float | None:
-        known = self.before > (1.0 + FLAT) * self.noise_floor
+    def share(self, change: float) -> float | None:
+        """A change over before - noise_floor; None where there is hardly a gap."""
+        known = self.before > (1.0 + _FLAT) * self.noise_floor
         return change / (self.before - self.noise_floor) if known else None
 
 
