@@ -75,6 +75,15 @@ def memory_mb() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
+def version_of(code: Path) -> str:
+    """Commit of a folder with a clone of twbal, with a + where `twbal/` or `conf/` differs from it."""
+
+    def git(*words: str) -> str:
+        return subprocess.check_output(["git", "-C", str(code), *words], text=True).strip()
+
+    return git("rev-parse", "--short=8", "HEAD") + ("+" if git("status", "--porcelain", "--", "twbal", "conf") else "")
+
+
 def machine() -> str:
     """Processor and operating system."""
     lines = Path("/proc/cpuinfo").read_text().splitlines() if Path("/proc/cpuinfo").exists() else []

@@ -19,7 +19,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from benchmarks.measure import RESULTS, machine
+from benchmarks.measure import RESULTS, machine, version_of
 from benchmarks.settings import number_settings
 
 _NAMES = {
@@ -68,21 +68,12 @@ def whole_run(results: Mapping[str, Any]) -> list[str]:
     return [*lines, "", f"{results['machine']}, {results['cores']} cores, {results['date']}."]
 
 
-def _version(code: Path) -> str:
-    """Commit of a folder, with a + where files differ from it."""
-
-    def git(*words: str) -> str:
-        return subprocess.check_output(["git", "-C", str(code), *words], text=True).strip()
-
-    return git("rev-parse", "--short", "HEAD") + ("+" if git("status", "--porcelain", "--", "twbal", "conf") else "")
-
-
 def main(words: Sequence[str]) -> None:
     """Measure, and write the results after each round."""
     given = [word.removeprefix("code=") for word in words if word.startswith("code=")] or ["."]
     codes = [Path(text).resolve() for text in given[-1].split(",")]
     repeats = number_settings({"repeats": 3}, [word for word in words if not word.startswith("code=")])["repeats"]
-    found: list[dict[str, Any]] = [{"version": _version(code), "runs": []} for code in codes]
+    found: list[dict[str, Any]] = [{"version": version_of(code), "runs": []} for code in codes]
     for round_number in range(repeats + 1):
         for code, version in zip(codes, found, strict=True):
             run = once(code)

@@ -57,6 +57,7 @@ from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.power import POWER_PARTS  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
+from benchmarks.other_robots.tables import VERSIONS  # noqa: E402
 from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
@@ -71,7 +72,10 @@ PAGES = (
     ROOT / "README.md",
     *(
         ROOT / "docs" / f"{name}.md"
-        for name in ("diagnose", "methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
+        for name in (
+            *("diagnose", "methods", "benchmarks", "benchmarks_diagnosis", "speed", "import", "firmware"),
+            *("protocol", "robustness"),
+        )
     ),
 )
 
@@ -154,6 +158,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "missed": missed,
     "mending": mending,
     **OTHER_ROBOTS,
+    **VERSIONS,
     **POWER_PARTS,
     "calibration": calibration_table,
     "other_robots_reliability": other_robots_reliability,

@@ -1,7 +1,8 @@
 """`python -m benchmarks.other_robots generate|diagnose|score|all|power [strata=clean,pairs] [seeds=0-9] [workers=1]`.
 
 `generate` records one set for each stratum and seed; what is hidden goes to labels/, which only `score` opens.
-`diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results. `power` takes sets that were
+`diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results, with the commit of the code that
+diagnosed. `power` takes sets that were
 diagnosed, records and diagnoses each without its effect, and writes what was said beforehand and what was found. What
 is there already is not done again. Further settings, with their defaults:
 
@@ -27,6 +28,7 @@ from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.diagnosing import timed_diagnosis
+from benchmarks.measure import version_of
 from benchmarks.other_robots.power import POWER_PARTS, said_and_found
 from benchmarks.other_robots.score import judged
 from benchmarks.other_robots.sets import STRATA, Set, sets
@@ -103,7 +105,7 @@ def score(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
             diagnosis = json.loads(found.read_text()) if found.exists() else None
             label = json.loads(places.label(each).read_text())
             rows.append(judged(label, diagnosis, json.loads(note.read_text())["cpu_s"]))
-    return {"sets": rows}
+    return {"commit": version_of(places.code), "sets": rows}
 
 
 def score_power(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
@@ -115,13 +117,13 @@ def score_power(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
             label = json.loads(places.label(each).read_text())
             row = judged(label, json.loads(found.read_text()), 0.0)
             rows.append(said_and_found(row, label, json.loads(bare.read_text())))
-    return {"power": [row for row in rows if row is not None]}
+    return {"commit": version_of(places.code), "power": [row for row in rows if row is not None]}
 
 
 def written(results: Mapping[str, Any]) -> str:
     """As JSON with one set a line."""
-    ((key, rows),) = results.items()
-    return f'{{"{key}": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n"
+    (_, commit), (key, rows) = results.items()
+    return f'{{"commit": "{commit}", "{key}": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n"
 
 
 def seeds_of(text: str) -> list[int]:

@@ -12,9 +12,11 @@ from benchmarks.other_robots.robots import ITEMS
 
 Row = Mapping[str, Any]
 NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
+SINGLES, ADDED = ("single 1", "single 1/4", "single 1/8"), ("added 1", "added 1/4", "added 1/8")
+SEVERAL = ("pairs", "triples", "five", "eight")
 STRATA = (
-    *("clean", "single 1", "single 1/4", "single 1/8", "pairs", "triples", "five", "eight"),
-    *("sheet", "foreign", "left out", "calibration", "added 1", "added 1/4", "added 1/8", "lost"),
+    *("clean", *SINGLES, *SEVERAL),
+    *("sheet", "foreign", "left out", "calibration", *ADDED, "lost"),
     *("frame 1", "frame 1/4", "frame 1/8", "shaft 1", "shaft 1/4", "shaft 1/8"),
 )
 _LOST = (0.0, 0.001, 0.03, 0.1, 0.4)
@@ -44,7 +46,7 @@ def other_robots_splits(results: Mapping[str, Any]) -> list[str]:
 def other_robots_severities(results: Mapping[str, Any]) -> list[str]:
     """One line a stratum of single effects, an excitation and a quality of the sensors."""
     lines = _head("stratum, excitation, sensors")
-    for stratum in ("clean", "single 1", "single 1/4", "single 1/8"):
+    for stratum in ("clean", *SINGLES):
         for excitation, sensors in product(("E", "N"), ("ideal", "real")):
             wanted = stratum, excitation, sensors
             rows = [r for r in results["sets"] if (r["stratum"], r["excitation"], r["sensors"]) == wanted]
@@ -75,6 +77,28 @@ def other_robots_effects(results: Mapping[str, Any]) -> list[str]:
             s["name"] == name and not s["right"] and s["probability"] >= FOUND for r in rows for s in r["said"]
         )
         lines.append(f"| {name} | {sum(alone)} of {len(alone)} | {sum(among)} of {len(among)} | {falsely} |")
+    return lines
+
+
+def other_robots_versions(*records: Mapping[str, Any]) -> list[str]:
+    """One line a record, each by a version of its own, of robots of its own."""
+    columns = ("commit", "robots", "of effects with P >= 0.9, right", "found alone", "of two", "of three")
+    columns = (*columns, "of five", "of eight", "wrong (P > 0.8)", "remains", "intervals hold")
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+    for record in records:
+        rows = [row for row in record["sets"] if not row["foreign"]]
+        found = {
+            stratum: [p >= FOUND for row in rows if row["stratum"] == stratum for p in row["hidden"].values()]
+            for stratum in STRATA
+        }
+        alone = [each for stratum in (*SINGLES, *ADDED) for each in found[stratum]]
+        said = [s["right"] for row in rows for s in row["said"] if s["probability"] >= NAMED]
+        wrong = [any(_is_false(s, WRONG + 1e-9) for s in row["said"]) for row in rows]
+        held = [interval[-1] for row in rows for interval in row["intervals"]]
+        remains = [row["remains"] for row in rows]
+        counts = (said, alone, *(found[stratum] for stratum in SEVERAL), wrong, remains, held)
+        cells = [f"{sum(each)} of {len(each)}" if each else "-" for each in counts]
+        lines.append(f"| {record['commit']} | {len(rows)} | {' | '.join(cells)} |")
     return lines
 
 
@@ -190,6 +214,8 @@ def _cells(rows: Sequence[Row]) -> list[str]:
 def _is_false(said: Mapping[str, Any], least: float) -> bool:
     return not said["right"] and said["probability"] >= least
 
+
+VERSIONS: Mapping[str, Callable[..., list[str]]] = {"other_robots_versions": other_robots_versions}
 
 PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "other_robots": other_robots,

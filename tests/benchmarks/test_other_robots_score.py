@@ -13,6 +13,7 @@ from benchmarks.other_robots.tables import (
     figures,
     log_score,
     other_robots_sensors,
+    other_robots_versions,
     share,
 )
 
@@ -133,6 +134,19 @@ def test_tables_count_what_was_named_found_false_and_wrong():
     assert "| motor_lag | 0 of 0 | 0 of 0 | 1 |" in lines["other_robots_effects"]
     assert figures(rows)["CPU seconds of the command, median / 90th percentile"] == "4.0 / 5.6"
     assert len(lines["other_robots_splits"]) == 2 + 5
+
+
+def test_the_table_of_versions_counts_what_the_library_has_by_how_much_is_hidden():
+    both = {**DEAD_ZONE, "motor_lag": {"time_constant": 0.02}}
+    rows = [
+        judged(label(DEAD_ZONE), said(finding("dead_zone")), 2.0),
+        judged(label({}, "clean"), said(finding("cogging", 0.85), beyond=True), 2.0),
+        judged(label(both, "pairs"), said(finding("dead_zone", 0.6), finding("motor_lag", 0.3)), 2.0),
+        judged(label(DEAD_ZONE, "left out", ["dead_zone"]), said(finding("cogging")), 2.0),
+    ]
+    *_, line = other_robots_versions({"commit": "0123abcd", "sets": rows})
+    cells = [cell.strip() for cell in line.strip("|").split("|")]
+    assert cells == ["0123abcd", "3", "1 of 1", "1 of 1", "1 of 2", "-", "-", "-", "1 of 3", "1 of 3", "-"]
 
 
 def test_the_table_of_sensors_has_a_line_for_each_item_and_counts_by_severity():

@@ -26,11 +26,11 @@ def right_of_named(rows):
 
 
 def sections():
-    """Text of each part of the page of benchmarks that has the figures of one record of other robots, with the record.
+    """Text of each part of the page that has the figures of one record of other robots, with the record.
 
     Lines of a paragraph are joined.
     """
-    for text in re.split(r"^##+ ", (ROOT / "docs" / "benchmarks.md").read_text(), flags=re.MULTILINE):
+    for text in re.split(r"^##+ ", (ROOT / "docs" / "benchmarks_diagnosis.md").read_text(), flags=re.MULTILINE):
         records = {record for table, record in _TABLE.findall(text) if table == "other_robots_figures"}
         if records:
             (record,) = records
