@@ -24,7 +24,7 @@ from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.prediction_error_fit import Fit
 
 PRESETS = [str(name) for name in OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml")]
-TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0)
+TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0, 0.15)
 
 
 def fitted(robot, values):

@@ -12,7 +12,7 @@ from twbal.diagnosis import name as naming
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
-from twbal.diagnosis.record import Verdict
+from twbal.diagnosis.record import GIVEN_EFFECTS, Verdict
 from twbal.effects.library import library
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
@@ -90,7 +90,20 @@ def test_what_the_simulation_has_already_is_not_missed(paper):
     effects = {"actuation_delay": {"delay": 0.008}}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=12, periods=1000)], effects)
     assert found.verdict is Verdict.NONE
-    assert found.named.effects["actuation_delay"] == {"delay": 0.008}
+    assert found.named.effects["actuation_delay"]["delay"] == pytest.approx(0.008, rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effect", ["coulomb_friction", "viscous_friction", "actuation_delay"])
+def test_an_effect_that_the_simulation_has_too_small_is_said_to_be_so_and_corrected(paper, effect):
+    ((parameter, size),) = MISSING[effect].items()
+    given = {effect: {parameter: 0.6 * size}}
+    found = diagnose(paper, [synthetic_recording(paper, {effect: MISSING[effect]}, seed=12, periods=1000)], given)
+    assert found.verdict is Verdict.DATA_SHEET and found.named_effects == ()
+    assert found.data_sheet_class == (GIVEN_EFFECTS,)
+    assert found.data_sheet[0].name == f"{effect} {parameter}"
+    assert found.data_sheet[0].factor == pytest.approx(1 / 0.6, rel=0.1)
+    assert found.named.effects[effect][parameter] == pytest.approx(size, rel=0.1)
 
 
 def test_what_no_candidate_explains_is_unknown(paper):

@@ -16,7 +16,7 @@ from twbal.sysid.noise import NoiseModel
 
 PERIODS, ROBOTS, RECORDINGS = 400, 30, 8
 SPREAD = 0.03 * 3.0**0.5  # of a uniform distribution with a standard deviation of 3 %, as the tolerance is
-TOLERANCES = Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0)
+TOLERANCES = Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0, 0.15)
 TEMPERATURE, LOG_ODDS = 3.0, float(np.log(1.0 / 9.0))
 
 

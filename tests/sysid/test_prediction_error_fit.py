@@ -124,7 +124,7 @@ def test_more_rounds_never_end_worse(paper, effects, seed):
     data = Data([synthetic_recording(paper, effects, seed=seed, periods=500)], 10)
     planar = planar_parameters(paper, {})
     begin = data.with_noise(Model(planar, 0.0, NOISE), 30)
-    free_parameters = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0), planar, 1)
+    free_parameters = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0, 0.15), planar, 1)
     costs = [refit(data, begin, free_parameters, rounds, 4, 12).cost for rounds in range(5)]
     assert (np.diff(costs) <= 1e-6).all(), costs
 

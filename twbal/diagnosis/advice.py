@@ -74,10 +74,10 @@ def advise(
             found.append(f"Too small to be named: {with_values(chosen, trifles)}.")
         shifts = beyond_tolerance(chosen, statistic, settings)
         if shifts:
-            limits = sorted({settings.tolerances.of(field) for field in DATA_SHEET})
-            limit = " to ".join(f"{end:.0%}" for end in dict.fromkeys((limits[0], limits[-1])))
+            limits = sorted(shift.tolerance for shift in shifts)
+            limit = " to ".join(dict.fromkeys(f"{end:.0%}" for end in (limits[0], limits[-1])))
             listed = ", ".join(shift.text for shift in shifts)
-            found.append(f"Values of the data sheet are off as well, beyond their tolerances of {limit}: {listed}.")
+            found.append(f"Given values are off as well, beyond their tolerances of {limit}: {listed}.")
         if _one_more(selection, settings):
             found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
     return tuple(found)

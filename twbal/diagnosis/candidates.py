@@ -1,7 +1,7 @@
 """What a diagnosis may name, and what is always free."""
 
-from collections.abc import Collection
-from math import isfinite
+from collections.abc import Collection, Sequence
+from math import hypot, isfinite
 from typing import NamedTuple
 
 from twbal.core.robot_model import UNBOUNDED
@@ -13,6 +13,7 @@ from twbal.sysid.model import ANGLE_LEAD, FreeParameter, LogOffset
 LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
 
+_IMU = "imu_delay_delay"  # field of how late the IMU is, which every model may change
 _PHASE = "phase"  # parameter of waves, which has no bounds
 _FREQUENCY, _DAMPING = "frequency", "damping"
 _COUNTERS = (_FREQUENCY, "count", "waves")
@@ -146,6 +147,20 @@ class Candidate(NamedTuple):
             for p in self.parameters
         )
 
+    def given(self, planar: PlanarParameters, share: float) -> tuple[FreeParameter, ...]:
+        """Its sizes in a simulation that has it already: free, with a share of each as its standard deviation.
+
+        Factors, whose size is their distance from 1, stay as they are.
+        """
+        found = []
+        for p in self.sizes:
+            value = float(getattr(planar, self.field(p)))
+            if value and p.size(value) == value:
+                low, high = sorted((LOWEST * value, HIGHEST * value))
+                sd, nudge = share * abs(value), _NUDGE * abs(value)
+                found.append(FreeParameter(self.field(p), low, high, value, sd, nudge, self.name, p.name))
+        return tuple(found)
+
 
 def log_offsets(tolerances: Tolerances, recordings: int, several_runs: bool) -> tuple[FreeParameter, ...]:
     """What may differ from recording to recording; battery and floor do not within one run."""
@@ -161,15 +176,23 @@ def log_offsets(tolerances: Tolerances, recordings: int, several_runs: bool) -> 
 
 
 def always_free(
-    tolerances: Tolerances, planar: PlanarParameters, recordings: int, several_runs: bool = False
+    tolerances: Tolerances,
+    planar: PlanarParameters,
+    recordings: int,
+    several_runs: bool = False,
+    given: Sequence[Candidate] = (),
 ) -> tuple[FreeParameter, ...]:
-    """What every model may change within tolerances: the data sheet's values, the sensors' timing, offsets of logs.
+    """What every model may change within tolerances.
+
+    These are the data sheet's values, the sensors' timing, sizes of effects that the simulation has already, and
+    offsets of recordings.
 
     Args:
         tolerances: their standard deviations.
         planar: what the simulation has for them.
         recordings: how many there are.
         several_runs: whether these are of more than one run.
+        given: effects that the simulation has.
     """
     values = [(field, float(getattr(planar, field))) for field in (*DATA_SHEET, *WHEELS)]
     sheet = [
@@ -180,10 +203,14 @@ def always_free(
         )
         for field, value in values
     ]
-    late, lead = tolerances.imu_timing, tolerances.angle_timing
+    late, lead, delay = tolerances.imu_timing, tolerances.angle_timing, planar.imu_delay_delay
+    imu_sd = hypot(late, tolerances.effects * delay)
+    imu = FreeParameter(_IMU, 0.0, delay + 20 * late, delay, imu_sd, 1e-5 * late, "imu_delay", "delay")
+    sizes = [free for each in given for free in each.given(planar, tolerances.effects) if free.field != _IMU]
     return (
         *sheet,
-        FreeParameter("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
+        imu,
         FreeParameter(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
+        *sizes,
         *log_offsets(tolerances, recordings, several_runs),
     )

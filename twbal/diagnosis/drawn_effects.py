@@ -6,7 +6,7 @@ turns, rollouts go wrong although the form of the simulation is right.
 
 import numpy as np
 
-from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
+from twbal.diagnosis.data_sheet import WHEELS
 from twbal.diagnosis.findings import Effects
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.sysid.intervals import drawn_values
@@ -31,12 +31,9 @@ def drawn_effects(data: Data, hypothesis: FittedHypothesis, effects: Effects, bl
     J, excess = slopes_of(data, fit), data.slope_excess
     for values in drawn_values(fit, J, blocks, hypothesis.temperature, WHEELS, _DRAWS, excess):
         drawn = {name: dict(parameters) for name, parameters in effects.items()}
-        for field, factor in DATA_SHEET.items():
-            if field in values:
-                drawn[factor.effect][factor.parameter] += values[field] - fit.model.value(field)
-        for candidate in hypothesis.effects:
-            for p in candidate.parameters:
-                by = values[candidate.field(p)] - fit.model.value(candidate.field(p))
-                drawn[candidate.name][p.name] = float(np.clip(effects[candidate.name][p.name] + by, p.low, p.high))
+        for free in fit.free_parameters:
+            if free.field in values and free.effect in effects:
+                value = effects[free.effect][free.parameter] + values[free.field] - fit.model.value(free.field)
+                drawn[free.effect][free.parameter] = float(np.clip(value, free.low, free.high))
         found.append(drawn)
     return tuple(found)

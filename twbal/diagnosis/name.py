@@ -105,7 +105,8 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     planar = planar_parameters(robot, effects)
-    data, start, always = _begun(recordings, robot, planar, settings)
+    given = [c for c in candidates if c.name in effects and not c.in_data_sheet]
+    data, start, always = _begun(recordings, robot, planar, given, settings)
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     problem, base, extent = _against_chance(problem, robot, progress)
     settings = problem.settings
@@ -119,7 +120,7 @@ def name_effects(
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
-    limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
+    limits = settings.tolerances.limits(each.field(p) for each in given for p in each.sizes)
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     objected = against(selection)
     verdict = conclude(selection, objected, statistic, power, settings)
@@ -156,7 +157,11 @@ def name_effects(
 
 
 def _begun(
-    recordings: Sequence[Recording], robot: RobotParameters, planar: PlanarParameters, settings: Settings
+    recordings: Sequence[Recording],
+    robot: RobotParameters,
+    planar: PlanarParameters,
+    given: Sequence[Candidate],
+    settings: Settings,
 ) -> tuple[Data, Model, tuple[FreeParameter, ...]]:
     """The data, the simulation as it is, and what every model may change."""
     data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
@@ -164,7 +169,7 @@ def _begun(
     offsets = log_offsets(settings.tolerances, *logs)
     start = Model(planar, 0.0, first_noise(robot, data.sensed), (Offsets(),) * (logs[0] if offsets else 0))
     start = start._replace(balanced=logs[0] if logs[1] and offsets else 0)
-    return data, start, always_free(settings.tolerances, planar, *logs)
+    return data, start, always_free(settings.tolerances, planar, *logs, given)
 
 
 def _against_chance(
@@ -315,10 +320,10 @@ def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -
     )
     model = descend(data, start, data.filter(start), kept, _ITERATIONS).model
     effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
-    for field, factor in DATA_SHEET.items():
-        effects.setdefault(factor.effect, {})[factor.parameter] = model.value(field)
-    for candidate in hypothesis.candidates:
-        effects[candidate.name] = {p.name: model.value(candidate.field(p)) for p in candidate.parameters}
+    simulated = {*effects, *hypothesis.names}
+    for free in hypothesis.fit.free_parameters:
+        if free.field in DATA_SHEET or free.effect in simulated:
+            effects.setdefault(free.effect, {})[free.parameter] = model.value(free.field)
     return filter_result_of(data, model, effects)
 
 

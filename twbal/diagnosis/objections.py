@@ -9,7 +9,7 @@ from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.constancy import Inconstancy
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import FittedHypothesis, is_at_bound
-from twbal.diagnosis.record import Shift
+from twbal.diagnosis.record import GIVEN_EFFECTS, Shift
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import ANGLE_LEAD
 from twbal.sysid.noise import NoiseModel, discrepancy_sigmas
@@ -171,13 +171,16 @@ def pulled_values(chosen: FittedHypothesis, settings: Settings) -> list[str]:
 
 
 def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
-    """How far the data pull the values of the data sheet, the largest first."""
-    found = []
+    """How far the data pull values of the data sheet, and sizes of effects that are given, the largest first."""
+    found, tolerances = [], settings.tolerances
     for free in hypothesis.fit.free_parameters:
+        factor = hypothesis.fit.model.value(free.field) / free.mean if free.mean else 1.0
         if free.field in DATA_SHEET:
-            factor = hypothesis.fit.model.value(free.field) / free.mean
-            sigmas = (factor - 1.0) / settings.tolerances.of(free.field)
+            sigmas = (factor - 1.0) / tolerances.of(free.field)
             found.append(Shift(free.effect, DATA_SHEET[free.field].group, factor, sigmas))
+        elif free.mean and free.effect and free.effect not in hypothesis.names:
+            sigmas = (factor - 1.0) / tolerances.effects
+            found.append(Shift(f"{free.effect} {free.parameter}", GIVEN_EFFECTS, factor, sigmas))
     return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
 
 
@@ -276,11 +279,13 @@ def _to_the_data_sheet(
     for shift in shifts_of(chosen, settings):
         if abs(shift.sigmas) > settings.thresholds.max_shift and shift.name not in {*chosen.names, *bounded}:
             found.append(
-                f"The best guess needs a {spaced(shift.name)} of {shift.factor:.2g} times the data sheet's, "
+                f"The best guess needs a {spaced(shift.name)} of {shift.factor:.2g} times {shift.whose}, "
                 f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
             )
+            if shift.group == GIVEN_EFFECTS:
+                found.append("If it may be as wrong as that, say by which share: diagnosis.tolerances.effects=0.5.")
     rough = settings.tolerances.rough
-    if found and settings.tolerances.data_sheet < rough:
+    if any("data sheet" in text for text in found) and settings.tolerances.data_sheet < rough:
         found.append(
             f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say "
             f"diagnosis.tolerances.data_sheet={rough:g}."

@@ -127,13 +127,18 @@ class Rival(NamedTuple):
     autocorrelation: float
 
 
+GIVEN_EFFECTS = "effects that the simulation has"
+"""Group of their sizes, as of `Shift`."""
+
+
 class Shift(NamedTuple):
-    """How far the data pull a parameter of the data sheet.
+    """How far the data pull a parameter of the data sheet, or the size of an effect that the simulation has already.
 
     Attributes:
-        name: the parameter.
-        group: class of parameters that such data hardly tell apart ("gain, mass and inertia", "height and radius").
-        factor: times the data sheet's value.
+        name: the parameter; of an effect, its name and the parameter's.
+        group: class of parameters that such data hardly tell apart ("gain, mass and inertia", "height and radius"), or
+            `GIVEN_EFFECTS`.
+        factor: times the value that was given.
         sigmas: the shift in standard deviations of its tolerance.
     """
 
@@ -141,6 +146,16 @@ class Shift(NamedTuple):
     group: str
     factor: float
     sigmas: float
+
+    @property
+    def tolerance(self) -> float:
+        """Share by which it may be off, of a value that is off."""
+        return (self.factor - 1.0) / self.sigmas
+
+    @property
+    def whose(self) -> str:
+        """Whose value it is times which, in a sentence."""
+        return "the simulation's" if self.group == GIVEN_EFFECTS else "the data sheet's"
 
     @property
     def text(self) -> str:

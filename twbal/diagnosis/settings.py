@@ -1,12 +1,12 @@
 """What a diagnosis takes for granted, and its thresholds."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import ceil, inf
 from typing import NamedTuple
 
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.sysid.model import Field
 
 _FINEST = 0.002  # s; physics steps that are fine enough: 10 in a control period of 20 ms
@@ -27,6 +27,7 @@ class Tolerances:
         tilt_offset: by which the tilt of each recording may be off by a constant of its own [rad]; 0: by nothing.
         battery: share by which the motors may be stronger or weaker in each recording, where these are of several runs.
         floor_slope: by which the ground may rise in each recording, likewise [rad].
+        effects: share by which effects that the simulation has already may be larger or smaller.
         factors: by value of the robot's sheet, its tolerance in that of a published one; 1 for others.
     """
 
@@ -37,6 +38,7 @@ class Tolerances:
     tilt_offset: float
     battery: float
     floor_slope: float
+    effects: float
     factors: Mapping[str, float] = field(default_factory=dict)
 
     def of(self, name: Field) -> float:
@@ -44,6 +46,10 @@ class Tolerances:
         value = DATA_SHEET[name].value if name in DATA_SHEET else str(name)
         largest = max(self.data_sheet, self.rough)
         return min(self.data_sheet * self.factors.get(value, 1.0), largest)
+
+    def limits(self, given: Iterable[Field] = ()) -> Mapping[Field, float]:
+        """Shares by which values of the data sheet may be off, and by which sizes of effects that are given may."""
+        return {field: self.of(field) for field in (*DATA_SHEET, *WHEELS)} | dict.fromkeys(given, self.effects)
 
     def without_offsets(self) -> "Tolerances":
         """The same with nothing that differs from recording to recording."""

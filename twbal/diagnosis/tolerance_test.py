@@ -10,14 +10,13 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
-from twbal.sysid.model import Data
+from twbal.sysid.model import Data, Field
 from twbal.sysid.prediction_error_fit import Fit, slopes_of
 
 _FEW = 1e-9  # room within bounds that a value may stand on, in standard deviations
 
 
-def tolerance_statistic(data: Data, fit: Fit, tolerances: Mapping[str, float]) -> float:
+def tolerance_statistic(data: Data, fit: Fit, tolerances: Mapping[Field, float]) -> float:
     """Gain in -2 log likelihood of a fit over the best one whose data sheet is within its tolerances.
 
     From the slopes at the optimum, so a bounded linear least-squares problem; factors multiply, and at their limits
@@ -27,16 +26,16 @@ def tolerance_statistic(data: Data, fit: Fit, tolerances: Mapping[str, float]) -
     Args:
         data: recordings.
         fit: at its optimum.
-        tolerances: shares by which values of the data sheet may be off, by field.
+        tolerances: shares by which values of the data sheet, and of effects that are given, may be off, by field.
     """
     values, J = fit.values, slopes_of(data, fit)
     scales = np.array([free.sd if np.isfinite(free.sd) else free.high - free.low for free in fit.free_parameters])
     low, high, priors, aims = [], [], [], []
     for i, (free, value) in enumerate(zip(fit.free_parameters, values, strict=True)):
         ends = (free.low, free.high)
-        if free.field in (*DATA_SHEET, *WHEELS) and np.isfinite(free.sd):
-            tolerance = tolerances[free.field]
-            ends = (free.mean * (1.0 - tolerance), free.mean * (1.0 + tolerance))
+        if free.field in tolerances and np.isfinite(free.sd):
+            tolerance = tolerances[free.field] * abs(free.mean)
+            ends = (free.mean - tolerance, free.mean + tolerance)
         elif np.isfinite(free.sd):
             priors.append(np.eye(len(values))[i])
             aims.append((free.mean - value) / free.sd)

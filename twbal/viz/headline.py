@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from twbal.diagnosis.record import CLOSED, Diagnosis, Gap, ProbableEffect, Verdict
+from twbal.diagnosis.record import CLOSED, GIVEN_EFFECTS, Diagnosis, Gap, ProbableEffect, Verdict
 
 _HIGH = 0.9  # probability of a named effect from which on it goes without saying
 
@@ -33,7 +33,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict is Verdict.UNKNOWN and diagnosis.effects:
         return "There is a gap between simulation and measurement, and no effect is more likely than not to explain it."
     if diagnosis.verdict is Verdict.DATA_SHEET:
-        found = "the data sheet is off: " + "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
+        are_given = GIVEN_EFFECTS in diagnosis.data_sheet_class
+        found = "what the simulation has is off: " if are_given else "the data sheet is off: "
+        found += "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
         if head is None or head.is_near_floor(head.after):
             return f"No effect is missing, but {found}."
         return f"{found[0].upper()}{found[1:]}. That does not explain all. {_errors(head, '')}"

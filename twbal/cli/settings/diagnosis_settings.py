@@ -17,6 +17,7 @@ DIAGNOSIS = (
     Setting(
         "diagnosis.tolerances.floor_slope", Number(0.0, 0.5, "rad"), "sd of each recording's slope; 0: no difference"
     ),
+    Setting("diagnosis.tolerances.effects", Number(1e-6, 10.0), "sd of sizes of effects that the simulation has"),
     Setting(
         "diagnosis.thresholds.false_alarm_probability",
         Number(1e-3, 0.5),
