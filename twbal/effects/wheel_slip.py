@@ -19,7 +19,7 @@ class WheelSlip(GroundEffect):
     friction: float = parameter(
         "coefficient of dry friction between tyre and ground",
         "",
-        (0.02, 0.9),
+        (0.005, 0.9),
         start=0.2,
         value=0.2,
         neutral=UNBOUNDED,
