@@ -92,8 +92,8 @@ def identified(folder: Path, family: str, seed: int) -> Told:
 
 
 def run(command: str, folder: Path, words: Sequence[str]) -> None:
-    """Run a stage of twbal into `folder`, or go on there; what it says goes to output.txt."""
+    """Run a stage of twbal into `folder`, or go on there; what it says goes to output.log."""
     folder.mkdir(parents=True, exist_ok=True)
     line = [sys.executable, "-m", "twbal", command, *words, f"hydra.run.dir={folder}"]
-    with (folder / "output.txt").open("a") as output:
+    with (folder / "output.log").open("a") as output:
         subprocess.run(line, stdout=output, stderr=subprocess.STDOUT, check=True)
