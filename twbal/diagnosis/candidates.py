@@ -157,8 +157,9 @@ class Candidate(NamedTuple):
             value = float(getattr(planar, self.field(p)))
             if value and p.size(value) == value:
                 low, high = sorted((LOWEST * value, HIGHEST * value))
+                low, high = max(low, min(p.low, value)), min(high, max(p.high, value))
                 sd, nudge = share * abs(value), _NUDGE * abs(value)
-                found.append(FreeParameter(self.field(p), low, high, value, sd, nudge, self.name, p.name))
+                found.append(FreeParameter(self.field(p), low, high, value, sd, nudge, self.name, p.name, False))
         return tuple(found)
 
 
