@@ -32,6 +32,7 @@ from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
 from benchmarks.hidden_robots.robots import Workshop, identified, iterate, learn_words
+from benchmarks.hidden_robots.tables import successes
 from benchmarks.settings import text_settings
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
@@ -179,8 +180,8 @@ def main(words: Sequence[str]) -> None:
             done[seed] = found
             robots = [done[each] for each in sorted(done)]
             write_atomically(target, json.dumps({**head, "robots": robots}, indent=1) + "\n")
-            successes = [i["successes"] for i in found["iterations"]]
-            print(f"{family} {seed}: {successes} successes by update", flush=True)
+            by_update = [successes(each, "default") for each in found["iterations"] if each["trials"]]
+            print(f"{family} {seed}: {by_update} successes by update", flush=True)
 
     with ThreadPoolExecutor(int(settings["workers"])) as pool:
         list(pool.map(learn, chosen))
