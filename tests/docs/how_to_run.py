@@ -305,6 +305,7 @@ TABLE: Mapping[str, How] = {
     "real-rollout experiment=excite": Stage(),
     "real-rollout experiment=excite trials=1": Stage(),
     "python -m benchmarks.hidden_effects again": Benchmark(),
+    "python -m benchmarks.effects_shown": Benchmark(),
     "python -m benchmarks.other_robots all": Benchmark(),
     'python -m benchmarks.other_robots power "strata=single 1/8,single 1/4" seeds=2010-2021': Benchmark(),
     "python -m benchmarks.other_robots all strata=lost,clean,foreign seeds=1126-1134": Benchmark(),
