@@ -309,7 +309,7 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.other_robots all": Benchmark(),
     'python -m benchmarks.other_robots power "strata=single 1/8,single 1/4" seeds=2010-2021': Benchmark(),
     "python -m benchmarks.other_robots all strata=lost,clean,foreign seeds=1126-1134": Benchmark(),
-    'python -m benchmarks.other_robots all "strata=sensors clean,sensors 1,sensors 1/4" seeds=1360-1375': Benchmark(),
+    'python -m benchmarks.other_robots all "strata=sensors clean,sensors 1,sensors 1/4" seeds=2031-2046': Benchmark(),
     "python -m benchmarks.what_next": Benchmark(),
     "python -m benchmarks.agreement": Benchmark(),
     "python -m benchmarks.free_form": Benchmark(),
