@@ -2,9 +2,8 @@
 
 `generate` records one set for each stratum and seed; what is hidden goes to labels/, which only `score` opens.
 `diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results, with the commit of the code that
-diagnosed. `power` takes sets that were
-diagnosed, records and diagnoses each without its effect, and writes what was said beforehand and what was found. What
-is there already is not done again. Further settings, with their defaults:
+diagnosed. `power` takes sets that were diagnosed, records and diagnoses each without its effect, and writes what was
+said beforehand and what was found. What is there already is not done again. Further settings, with their defaults:
 
     root=outputs/bench/other_robots   folder of the sets
     code=.                            folder of the twbal that diagnoses

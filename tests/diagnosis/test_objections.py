@@ -40,13 +40,15 @@ def settings(*words):
     return replace(found, least_scores=LEAST_SCORES)
 
 
-def fitted(robot, names, values, total=0.0, words=()):
+def fitted(robot, names, values, total=0.0, words=(), given=None):
     """A set of effects as a fit with white residuals would leave it, with these values."""
-    planar = planar_parameters(robot, {})
+    planar = planar_parameters(robot, given or {})
     chosen = tuple(c for name in names for c in candidates_for(robot) if c.name == name)
     model = Model(planar, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
     free_parameters = (
-        *always_free(settings(*words).tolerances, planar, 1),
+        *always_free(
+            settings(*words).tolerances, planar, 1, given=[c for c in candidates_for(robot) if c.name in (given or {})]
+        ),
         *(free for c in chosen for free in c.free_parameters),
     )
     return FittedHypothesis(chosen, Fit(model, free_parameters, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
@@ -75,6 +77,18 @@ def test_a_set_that_pulls_the_data_sheet_away_is_searched_for_another(names, fac
     hypothesis = fitted(paper, names, values)
     assert is_doubtful(hypothesis, settings()) is doubtful
     assert objections(hypothesis, largest_noise(paper), (), settings()) == ()  # it may be named all the same
+
+
+@pytest.mark.parametrize(("coefficient", "said"), [(0.021, 0), (0.024, 0), (0.03, 2)])
+def test_what_the_simulation_has_is_no_finding_if_it_is_far_off(coefficient, said, paper):
+    values = {"coulomb_friction_torque": 0.3, "viscous_friction_coefficient": coefficient}
+    hypothesis = fitted(paper, ["coulomb_friction"], values, given={"viscous_friction": {"coefficient": 0.02}})
+    assert is_doubtful(hypothesis, settings()) is (coefficient > 0.021)
+    found = [objection.text for objection in objections(hypothesis, largest_noise(paper), (), settings())]
+    assert len(found) == said
+    if said:
+        assert "a viscous friction coefficient of 1.5 times the simulation's, 5 tolerances off" in found[0]
+        assert "diagnosis.tolerances.effects=0.5" in found[1]
 
 
 @pytest.mark.parametrize(("lead", "doubtful"), [(0.0005, False), (0.0015, True), (-0.0015, True)])

@@ -270,25 +270,29 @@ def _swallowing(chosen: FittedHypothesis) -> dict[str, str]:
 def _to_the_data_sheet(
     chosen: FittedHypothesis, bounded: Mapping[str, tuple[float, str]], settings: Settings
 ) -> list[str]:
-    """To values of the data sheet that nothing names: at a bound of their range (`_bounded_values`), or far off."""
+    """To given values that nothing names: at a bound of their range (`_bounded_values`), or far off."""
     found = [
         f"The best guess needs a {spaced(name)} of {factor:.2g} times the data sheet's, the {side} bound of its range: "
         "that is no finding."
         for name, (factor, side) in bounded.items()
     ]
-    for shift in shifts_of(chosen, settings):
-        if abs(shift.sigmas) > settings.thresholds.max_shift and shift.name not in {*chosen.names, *bounded}:
-            found.append(
-                f"The best guess needs a {spaced(shift.name)} of {shift.factor:.2g} times {shift.whose}, "
-                f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
-            )
-            if shift.group == GIVEN_EFFECTS:
-                found.append("If it may be as wrong as that, say by which share: diagnosis.tolerances.effects=0.5.")
+    limit, known = settings.thresholds.max_shift, {*chosen.names, *bounded}
+    far = [shift for shift in shifts_of(chosen, settings) if abs(shift.sigmas) > limit and shift.name not in known]
+    found += [
+        f"The best guess needs a {spaced(shift.name)} of {shift.factor:.2g} times {shift.whose}, "
+        f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
+        for shift in far
+    ]
+    given = [shift for shift in far if shift.group == GIVEN_EFFECTS]
     rough = settings.tolerances.rough
-    if any("data sheet" in text for text in found) and settings.tolerances.data_sheet < rough:
+    if (bounded or len(given) < len(far)) and settings.tolerances.data_sheet < rough:
         found.append(
             f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say "
             f"diagnosis.tolerances.data_sheet={rough:g}."
+        )
+    if given:
+        found.append(
+            "If what the simulation has may be as wrong as that, say by which share: diagnosis.tolerances.effects=0.5."
         )
     return found
 
