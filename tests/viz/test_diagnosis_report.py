@@ -12,6 +12,7 @@ from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.pipeline import _reviewed
 from twbal.diagnosis.record import (
+    GIVEN_EFFECTS,
     Diagnosis,
     Estimate,
     Gap,
@@ -262,6 +263,14 @@ def test_the_headline_of_a_data_sheet_that_is_off_says_by_how_much_and_what_is_l
     left = headline_of(0.2, 0.05, 0.05, 0.004, **changes)
     assert "No effect is missing" not in left
     assert "That does not explain all. Held-out rollouts are off by 0.2 rad" in left
+
+
+def test_the_headline_says_that_an_effect_of_the_simulation_is_off():
+    shift = Shift("viscous_friction coefficient", GIVEN_EFFECTS, 1.33, 3.3)
+    changes = {"data_sheet_class": (GIVEN_EFFECTS,), "data_sheet": (shift,), "effects": ()}
+    text = headline_of(0.02, 0.005, 0.005, 0.004, verdict=Verdict.DATA_SHEET, **changes)
+    said = "what the simulation has is off: effects that the simulation has (viscous friction coefficient x 1.33"
+    assert text.startswith(f"No effect is missing, but {said} (+3.3 tolerances)).")
 
 
 def test_where_nothing_is_missing_the_headline_says_whether_that_takes_a_refit():
