@@ -120,9 +120,10 @@ def score_power(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
 
 
 def written(results: Mapping[str, Any]) -> str:
-    """As JSON with one set a line."""
-    (_, commit), (key, rows) = results.items()
-    return f'{{"commit": "{commit}", "{key}": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n"
+    """As JSON with one set a line; the sets come last."""
+    *head, (key, rows) = results.items()
+    known = "".join(f'"{name}": {json.dumps(value)}, ' for name, value in head)
+    return f'{{{known}"{key}": [\n' + ",\n".join(json.dumps(row) for row in rows) + "\n]}\n"
 
 
 def seeds_of(text: str) -> list[int]:
