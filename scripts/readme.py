@@ -138,7 +138,7 @@ def filled(page: str) -> str:
         lines = PARTS[part](*measured) if measured else ["Not measured yet."]
         return "\n".join([f"<!-- table {name} -->", *lines, "<!-- end -->"])
 
-    return re.sub(r"<!-- table ([\w ]+) -->.*?<!-- end -->", table, page, flags=re.DOTALL)
+    return re.sub(r"<!-- table ([\w\s]+) -->.*?<!-- end -->", table, page, flags=re.DOTALL)
 
 
 PARTS: Mapping[str, Callable[..., list[str]]] = {

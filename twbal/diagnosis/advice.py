@@ -77,7 +77,7 @@ def advise(
             limits = sorted(shift.tolerance for shift in shifts)
             limit = " to ".join(dict.fromkeys(f"{end:.0%}" for end in (limits[0], limits[-1])))
             listed = ", ".join(shift.text for shift in shifts)
-            found.append(f"Given values are off as well, beyond their tolerances of {limit}: {listed}.")
+            found.append(f"Nominal values are off as well, beyond their tolerances of {limit}: {listed}.")
         if _one_more(selection, settings):
             found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
     return tuple(found)

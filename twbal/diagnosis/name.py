@@ -105,8 +105,7 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     planar = planar_parameters(robot, effects)
-    given = [c for c in candidates if c.name in effects and not c.in_data_sheet]
-    data, start, always = _begun(recordings, robot, planar, given, settings)
+    data, start, always = _begun(recordings, robot, planar, _given(candidates, effects), settings)
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     problem, base, extent = _against_chance(problem, robot, progress)
     settings = problem.settings
@@ -120,7 +119,7 @@ def name_effects(
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
-    limits = settings.tolerances.limits(each.field(p) for each in given for p in each.sizes)
+    limits = settings.tolerances.limits(free.field for free in always if free.effect in effects)
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     objected = against(selection)
     verdict = conclude(selection, objected, statistic, power, settings)
@@ -264,6 +263,11 @@ def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent
         max(float(np.ptp(angle)) for angle in turned) / (2.0 * np.pi),
         seconds / falling_time(robot),
     )
+
+
+def _given(candidates: Sequence[Candidate], effects: Effects) -> list[Candidate]:
+    """Those that the simulation has already and that are no values of the data sheet."""
+    return [c for c in candidates if c.name in effects and not c.in_data_sheet]
 
 
 def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settings) -> list[Candidate]:

@@ -49,7 +49,8 @@ class Tolerances:
 
     def limits(self, given: Iterable[Field] = ()) -> Mapping[Field, float]:
         """Shares by which values of the data sheet may be off, and by which sizes of effects that are given may."""
-        return {field: self.of(field) for field in (*DATA_SHEET, *WHEELS)} | dict.fromkeys(given, self.effects)
+        sheet: dict[Field, float] = {field: self.of(field) for field in (*DATA_SHEET, *WHEELS)}
+        return dict.fromkeys(given, self.effects) | sheet
 
     def without_offsets(self) -> "Tolerances":
         """The same with nothing that differs from recording to recording."""
