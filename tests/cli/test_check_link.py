@@ -25,6 +25,7 @@ from twbal.virtual_robot.firmware import Firmware, Identity
 
 pytestmark = pytest.mark.usefixtures("as_from_a_shell")
 QUICK = ("exchanges=20", "rest=0.6", "write_sheet=false", "hydra.run.dir=out")
+PATIENT = "link.timeout=10"  # a machine with other work to do may halt robot and host for longer than the default
 
 
 def port_of(plant, firmware=0, torque_limit=4.0):
@@ -36,7 +37,7 @@ def tried(plant, *words, **identity):
     """Held against a packaged sheet with a torque limit near 4 N·m, unless the words name another one."""
     words = words if any(word.startswith("robot=") for word in words) else ("robot=upkie", *words)
     with port_of(plant, **identity) as port:
-        return main(["check-link", "link=serial", f"link.port={port}", *QUICK, *words])
+        return main(["check-link", "link=serial", f"link.port={port}", PATIENT, *QUICK, *words])
 
 
 def test_a_good_robot_passes_and_leaves_page_record_and_histogram(tmp_path, capsys):
@@ -101,7 +102,7 @@ def test_motions_by_hand_that_are_left_out_are_skipped_and_not_ok(monkeypatch, c
     assert "skipped  signs by hand" in said
     assert "the robot is not armed before its signs were tried by hand" in said
     (line,) = [line for line in said.splitlines() if line.startswith(("next", "then"))]
-    assert re.fullmatch(r"next  twbal check-link robot=upkie link=serial link.port=/dev/pts/\d+", line)
+    assert re.fullmatch(rf"next  twbal check-link robot=upkie link=serial link.port=/dev/pts/\d+ {PATIENT}", line)
 
 
 def test_a_robot_whose_signs_were_left_out_is_armed_only_where_it_places_itself(tmp_path, monkeypatch, capsys):
@@ -137,7 +138,7 @@ def driven(port, *words, of_person=False):
     """By `real-rollout`, and by one's own sheet unless the words name another one."""
     mine = () if any(word.startswith("robot=") for word in words) else ("--config-dir=mine", "robot=mine")
     quick = ("policy=random", "trials=1", "steps=3", *([] if of_person else ["link.confirm_placed=null"]))
-    return main(["real-rollout", "link=serial", f"link.port={port}", *mine, *quick, *words])
+    return main(["real-rollout", "link=serial", f"link.port={port}", PATIENT, *mine, *quick, *words])
 
 
 MINE = ("--config-dir=mine", "robot=mine", "link.confirm_placed=null", "write_sheet=true")
@@ -188,7 +189,7 @@ def test_a_packaged_sheet_stays_and_a_copy_of_ones_own_is_written(tmp_path, caps
     assert "choose it by --config-dir=my_conf robot=my_upkie" in said
     assert "next  twbal lqr --config-dir=my_conf robot=my_upkie" in said
     then = r"^then  twbal real-rollout --config-dir=my_conf robot=my_upkie policy.path=<its policy.pt> link=serial"
-    assert re.search(then + r" link.port=/dev/pts/\d+ link.confirm_placed=null steps=25$", said, re.MULTILINE)
+    assert re.search(then + rf" link.port=/dev/pts/\d+ {PATIENT} link.confirm_placed=null steps=25$", said, re.MULTILINE)
 
 
 def test_the_sheet_of_another_robot_is_not_written_into(tmp_path, capsys):

@@ -52,8 +52,9 @@ class Check:
     def line(self, width: int) -> str:
         """All of it in one line, with the name in a column of `width` characters."""
         expected = f" (expected {self.expected})" if self.expected and self.verdict is not CheckStatus.OK else ""
-        advice = f". {self.advice}" if self.advice else ""
-        return f"{self.verdict:8} {self.name:{width}}  {self.found}{expected}{advice}"
+        said = f"{self.verdict:8} {self.name:{width}}  {self.found}{expected}"
+        ends = " " if said.endswith(("?", "!")) else ". "
+        return f"{said}{ends}{self.advice}" if self.advice else said
 
 
 def check_lines(checks: Sequence[Check]) -> Iterator[str]:

@@ -212,6 +212,7 @@ def test_a_robot_that_falls_silent_as_it_is_armed_is_said_to_be_still_on():
     bench.line.to_robot = lambda data: b"" if bench.line.firmware._status & Status.ARMED else data
     assert bench.problems() == {"rest", "motors off"}
     assert bench.found["rest"].found.startswith("No answer to Arm")
+    assert "is the baud rate right? Is this computer busy" in bench.found["rest"].line(8)
     assert "THEY MAY STILL BE ON" in bench.found["motors off"].found
     assert bench.report.motors_may_be_on
     bench.plant.close()
