@@ -9,13 +9,16 @@ import pytest
 from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.diagnosis import score_test
-from twbal.diagnosis.candidates import Candidate, CandidateParameter
+from twbal.diagnosis.candidates import Candidate, CandidateParameter, always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
+from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, FreeParameter, Model
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.prediction_error_fit import Fit
+
+TOLERANCES = Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0, 0.0, 0.0, 0.15)
 
 
 @pytest.mark.parametrize(("name", "size"), [("periodic_disturbance", 3.0), ("torque_saturation", 1.2)])
@@ -48,6 +51,18 @@ def test_a_limit_between_one_that_changes_nothing_and_one_that_is_too_low_is_fou
     (found,) = score_candidates(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), [candidate])
     assert found.gain > 50.0
     assert found.model.value("torque_saturation_limit") == pytest.approx(5.4, rel=0.01)
+
+
+def test_beside_a_set_whose_predictions_diverge_nothing_is_scored(paper):
+    """Such a set is one without an effect that goes, where nothing else holds the predictor."""
+    data = Data([synthetic_recording(paper, {}, seed=3, periods=900, tolerance=0.0)], 10)
+    model = Model(planar_parameters(paper, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    kalman = data.filter(model)
+    away = kalman._replace(gains=-10.0 * kalman.gains)
+    white = data.white(model, away)
+    assert not np.isfinite(white).all()
+    fit = Fit(model, tuple(always_free(TOLERANCES, model.planar, 1)), np.inf, away, white)
+    assert score_candidates(data, fit, candidates_for(paper)) == []
 
 
 @pytest.mark.parametrize("frequency", [2.5, 11.0])
@@ -136,7 +151,7 @@ def test_large_joint_gains_of_many_leave_one_with_a_sure_gain_in_its_place(monke
         fitted.append(scored.candidate.name)
         return scored._replace(gain=280.0 if scored.candidate is sure else 3.0)
 
-    monkeypatch.setattr(score_test, "slopes_of", lambda data, fit: None)
+    monkeypatch.setattr(score_test, "slopes_of", lambda data, fit: np.zeros((0, 0)))
     monkeypatch.setattr(score_test, "_predict", predicted)
     monkeypatch.setattr(score_test, "_fit_briefly", fit_briefly)
     found = score_candidates(None, None, [*many, sure])

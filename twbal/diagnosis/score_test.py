@@ -63,10 +63,12 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
 
     Args:
         data: recordings.
-        fit: the model so far; its filter serves all.
+        fit: the model so far; its filter serves all. Nothing is scored where its predictions diverge.
         candidates: which it does not hold yet.
     """
     J = slopes_of(data, fit)
+    if not np.isfinite(J).all():
+        return []
     predicted = sorted(in_threads(lambda each: _predict(data, fit, J, each), candidates), key=lambda each: -each.gain)
     fitted = [each for each in predicted[:_FITTED] if each.gain > _LEAST]
     others = sorted(predicted[len(fitted) :], key=lambda each: -each.joint_gain)
