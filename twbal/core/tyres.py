@@ -1,6 +1,6 @@
 """Tyres that creep before they slide; plain enough for kernels, too (`twbal.core.compiled`)."""
 
-from math import asinh, sinh, sqrt
+from math import sqrt
 
 
 def traction_impulse(slip: float, mobility: float, grip: float, creep: float) -> float:
@@ -18,8 +18,11 @@ def traction_impulse(slip: float, mobility: float, grip: float, creep: float) ->
     most = mobility * grip
     if creep == 0.0 or most == 0.0 or abs(slip) >= most + creep:
         return min(max(-slip / mobility, -grip), grip)
-    # With y = 1 - v / v_c: most y³ + creep y = most + creep - |slip|, a cubic with one real root.
+    # With y = 1 - v / v_c: most y³ + creep y = most + creep - |slip|, a cubic with one real root (Cardano).
     p, q = creep / most, (most + creep - abs(slip)) / most
-    y = 2.0 * sqrt(p / 3.0) * sinh(asinh(1.5 * q / p * sqrt(3.0 / p)) / 3.0)
+    share = sqrt(p / 3.0)
+    half = 0.5 * q / share**3
+    root = (half + sqrt(half * half + 1.0)) ** (1.0 / 3.0)
+    y = share * (root - 1.0 / root)
     traction = grip * (1.0 - y * y * y)
     return -traction if slip > 0.0 else traction

@@ -7,11 +7,11 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.core.tyres import traction_impulse
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, is_settled, joint_bound
+from twbal.planar.dry_friction import SWEEPS, cut, is_settled, joint_bound, share_ahead
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
-from twbal.planar.presliding import Contact, frictions, rub_or_bend, torques
+from twbal.planar.presliding import Bristles, Contact, frictions, rub_or_bend, torques
 
 _traction = kernel(is_inlined=True)(traction_impulse)
 
@@ -40,6 +40,102 @@ def _mobilities(mass: float, coupling: float, c: float, geared: float, spin: flo
         mass * geared / determinant,
         (mass * c - coupling * coupling) / determinant,
     )
+
+
+class _Rates(NamedTuple):
+    """At the end of a step: speed of the axle [m/s], tilt rate and wheel rate [rad/s]."""
+
+    axle: float
+    tilt: float
+    wheels: float
+
+
+class _DryFriction(NamedTuple):
+    """Dry friction in a step, but for traction.
+
+    Attributes:
+        joint, ground: bounds of its impulses on both wheels, from the body and from the ground [N·m·s].
+        of_joint, of_ground: inertias against which these impulses change the rates there [kg·m²].
+        in_joints, on_ground: its bristles.
+        apart: as of `joint_bound`.
+    """
+
+    joint: float
+    ground: float
+    of_joint: float
+    of_ground: float
+    in_joints: Bristles
+    on_ground: Bristles
+    apart: float
+
+
+@kernel(is_inlined=True)
+def _pulled(rates: _Rates, m: _Mobilities, radius: float, impulse: float) -> _Rates:
+    """Rates after an impulse of traction [N·s]."""
+    return _Rates(
+        rates.axle + (m.axle - radius * m.axle_wheels) * impulse,
+        rates.tilt + (m.axle_body - radius * m.body_wheels) * impulse,
+        rates.wheels + (m.axle_wheels - radius * m.wheels) * impulse,
+    )
+
+
+@kernel(is_inlined=True)
+def _rolled(rates: _Rates, m: _Mobilities, impulse: float) -> _Rates:
+    """Rates after an impulse of the ground's dry friction on the wheels [N·m·s]."""
+    return _Rates(
+        rates.axle + m.axle_wheels * impulse,
+        rates.tilt + m.body_wheels * impulse,
+        rates.wheels + m.wheels * impulse,
+    )
+
+
+@kernel(is_inlined=True)
+def _rubbed(rates: _Rates, m: _Mobilities, impulse: float) -> _Rates:
+    """Rates after an impulse of the dry friction between body and wheels [N·m·s]."""
+    return _Rates(
+        rates.axle + (m.axle_wheels - m.axle_body) * impulse,
+        rates.tilt + (m.body_wheels - m.body) * impulse,
+        rates.wheels + (m.wheels - m.body_wheels) * impulse,
+    )
+
+
+@kernel(is_inlined=True)
+def _with_friction(
+    k: Constants, m: _Mobilities, mobility: float, grip: float, dry: _DryFriction, rates: _Rates
+) -> _Rates:
+    """Rates after the impulses of traction and of dry friction, which depend on one another.
+
+    They are found one after the other, round by round. Where they grow or shrink to their limit by a like share in each
+    round, the way that is left is foretold from two rounds.
+
+    Args:
+        k, m: constants of the planar model; mobilities.
+        mobility: of the slip, by traction [1/kg].
+        grip: bound of the traction [N·s].
+        dry: the rest of the dry friction.
+        rates: without either.
+    """
+    traction = rolling = rubbing = ahead = 0.0
+    changed = found = 0.0, 0.0
+    for number in range(1 if dry.joint == 0.0 and dry.ground == 0.0 else SWEEPS):
+        before = traction, rolling, rubbing
+        rolling += rub_or_bend(rolling, rates.wheels, dry.of_ground, dry.ground, dry.apart, dry.on_ground)
+        rates = _rolled(rates, m, rolling - before[1])
+        rubbing += rub_or_bend(rubbing, rates.wheels - rates.tilt, dry.of_joint, dry.joint, dry.apart, dry.in_joints)
+        rates = _rubbed(rates, m, rubbing - before[2])
+        if number > 0 and ahead == 0.0 and is_settled(0.0, rolling, rubbing, (0.0, before[1], before[2])):
+            break  # so that the traction would be as it is
+        traction = _traction(rates.axle - k.radius * rates.wheels - mobility * traction, mobility, grip, k.creep)
+        rates = _pulled(rates, m, k.radius, traction - before[0])
+        if is_settled(traction, rolling, rubbing, before):
+            break
+        last, changed = changed, (k.radius * (traction - before[0]), rubbing - before[2] if dry.ground > 0.0 else 0.0)
+        ahead = share_ahead(changed, last, number) if number < SWEEPS - 1 else 0.0
+        pull = cut(traction + ahead * (traction - found[0]), grip) - traction
+        rub = cut(rubbing + ahead * (rubbing - found[1]), dry.joint) - rubbing if dry.ground > 0.0 else 0.0
+        found = traction, rubbing
+        traction, rubbing, rates = traction + pull, rubbing + rub, _rubbed(_pulled(rates, m, k.radius, pull), m, rub)
+    return rates
 
 
 @kernel(is_inlined=True)
@@ -81,26 +177,8 @@ def slide(
     of_joint, of_wheels = 1.0 / (m.wheels - 2.0 * m.body_wheels + m.body), 1.0 / m.wheels
     at_joint, at_ground = Contact(wheel_speed - tilt_rate, of_joint), Contact(wheel_speed, of_wheels)
     in_joints, on_ground = frictions(k, s, at_joint, at_ground, turning)
-    traction = rubbing = rolling = 0.0
-    for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
-        before = traction, rolling, rubbing
-        change = _traction(speed - r * wheel_speed - mobility * traction, mobility, grip, k.creep) - traction
-        traction += change
-        speed += (m.axle - r * m.axle_wheels) * change
-        tilt_rate += (m.axle_body - r * m.body_wheels) * change
-        wheel_speed += (m.axle_wheels - r * m.wheels) * change
-        change = rub_or_bend(rolling, wheel_speed, of_wheels, ground, apart, on_ground)
-        rolling += change
-        speed += m.axle_wheels * change
-        tilt_rate += m.body_wheels * change
-        wheel_speed += m.wheels * change
-        change = rub_or_bend(rubbing, wheel_speed - tilt_rate, of_joint, joint, apart, in_joints)
-        rubbing += change
-        speed += (m.axle_wheels - m.axle_body) * change
-        tilt_rate += (m.body_wheels - m.body) * change
-        wheel_speed += (m.wheels - m.body_wheels) * change
-        if is_settled(traction, rolling, rubbing, before):
-            break
+    dry = _DryFriction(joint, ground, of_joint, of_wheels, in_joints, on_ground, apart)
+    speed, tilt_rate, wheel_speed = _with_friction(k, m, mobility, grip, dry, _Rates(speed, tilt_rate, wheel_speed))
     wheel, slip, way = s.wheel + h * wheel_speed, speed - r * wheel_speed, h * speed
     sway, sway_rate = swung(k, s, f, speed - s.slip - r * s.wheel_speed, tilt_rate - s.tilt_rate)
     joints, wheels = torques(k, in_joints, wheel_speed - tilt_rate), torques(k, on_ground, wheel_speed)

@@ -6,12 +6,12 @@ commands for a delay, the torques of a lag and of a slew limit, the rotor of a b
 IMU's past. A correction moves the past of a late IMU along.
 """
 
-from math import floor
+from math import floor, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
 from twbal.core.sine_cosine import SineCosine, sine_and_cosine
@@ -232,8 +232,8 @@ def run_predictor(
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearPlanarModel` [s].
-        errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 19), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`.
+        errors: (T + 1, 4), written: measured less predicted; 0 at the first instant; NaN from where it diverges.
+        states: (T + 1, 19), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`; likewise.
     """
     nominal = k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
@@ -261,6 +261,9 @@ def run_predictor(
                 _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead, time)
             _compare(measured[n], seen, missing, error)
+            if rarely(not isfinite(error[0] + error[1] + error[2] + error[3])):
+                errors[n:, :] = states[n:, :] = nan
+                return
             instant = min(n, len(gains) - 1)
             _correct_missing(missing, gains[instant], error, len(decay))
             tilt, wheel = _gained(gains[instant, 0], error), _gained(gains[instant, 1], error)
