@@ -189,7 +189,9 @@ def test_a_packaged_sheet_stays_and_a_copy_of_ones_own_is_written(tmp_path, caps
     assert "choose it by --config-dir=my_conf robot=my_upkie" in said
     assert "next  twbal lqr --config-dir=my_conf robot=my_upkie" in said
     then = r"^then  twbal real-rollout --config-dir=my_conf robot=my_upkie policy.path=<its policy.pt> link=serial"
-    assert re.search(then + rf" link.port=/dev/pts/\d+ {PATIENT} link.confirm_placed=null steps=25$", said, re.MULTILINE)
+    assert re.search(
+        then + rf" link.port=/dev/pts/\d+ {PATIENT} link.confirm_placed=null steps=25$", said, re.MULTILINE
+    )
 
 
 def test_the_sheet_of_another_robot_is_not_written_into(tmp_path, capsys):

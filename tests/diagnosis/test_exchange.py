@@ -80,6 +80,13 @@ def test_what_was_weighed_beside_the_rest_already_is_not_tried_again(exchange_ef
     assert tried == []
 
 
+def test_exchanges_that_another_search_tried_are_not_tried_again(exchange_effects):
+    found, tried = exchange_effects(LOST + 100.0, 400.0)
+    assert tried
+    again, tried = exchange_effects(LOST + 100.0, 400.0, rounds=found.rounds)
+    assert (again.chosen, again.rounds, tried) == (CHOSEN, found.rounds, [])
+
+
 def test_a_single_effect_stays(exchange_effects):
     """All others were weighed when it was chosen."""
     one = hypothesis(500.0, "actuation_delay")

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FULL_ROUNDS, FittedHypothesis, Round, bic_penalty
-from twbal.diagnosis.problem import Problem, Selection
+from twbal.diagnosis.problem import Problem, Selection, is_as_good
 from twbal.diagnosis.removal import without, without_redundant
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.diagnosis.tempered import added_to
@@ -51,7 +51,7 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
     """
     for _ in range(_TIMES):
         chosen, rounds = selection.chosen, list(selection.rounds)
-        if len(chosen.candidates) < 2:
+        if len(chosen.candidates) < 2 or any(_is_of_exchanges(step, chosen) for step in rounds):
             break
         progress(f"trying others in the place of each of {', '.join(chosen.names)}")
         fitted = in_threads(partial(_fitted, problem), _best_predicted(problem, selection, rounds))
@@ -66,6 +66,12 @@ def exchanged(problem: Problem, selection: Selection, progress: Callable[[str], 
         is_better = found.candidates and not found.at_bound and found.bic < chosen.bic
         selection = Selection(selection.base, tuple(rounds), found if is_better else best)
     return selection
+
+
+def _is_of_exchanges(step: Round, chosen: FittedHypothesis) -> bool:
+    """Whether a round fitted others in the place of effects of the same set, by a fit as good: two searches met."""
+    is_exchanged = all(len(w.names) == len(chosen.names) for w in step.hypotheses)
+    return is_as_good(step.base, chosen) and not step.scored and is_exchanged
 
 
 def _best_predicted(problem: Problem, selection: Selection, rounds: list[Round]) -> list[_Exchange]:
