@@ -14,8 +14,8 @@ Journal 24, 1945, 46-156): about three for each period that the recordings tell 
 
 Errors of real robots stay autocorrelated, and gain more by as much; a score is a gain, less the penalty, over the
 residual autocorrelation. And a robot's form of an effect is never ours: what that leaves gains, too. So for least
-scores gains are multiplied by the temperature, by which the probabilities of sets divide them. Of an effect with
-several parameters only the first one is moved, so what chance makes of the others is left out.
+scores gains are multiplied by a factor, the setting `temperature`. Of an effect with several parameters only the first
+one is moved, so what chance makes of the others is left out.
 """
 
 from collections.abc import Mapping, Sequence
@@ -98,7 +98,7 @@ def null_distribution(
         beside: the set.
         candidates: that it does not hold.
         along: how far the recordings go, by the parameter of a wave that counts its periods there (`Extent.along`).
-        temperature: of the probabilities of sets.
+        temperature: factor on gains by chance.
         autocorrelation: of the residuals, over which scores are counted.
     """
     generator = np.random.default_rng(_SEED)

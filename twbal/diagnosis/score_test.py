@@ -149,8 +149,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     is_idle = candidate.parameters[0].is_limit and not own  # nothing that was tried has changed anything
     for size in sizes:
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
-        tried = fit.model.put(values)
-        white = data.white(tried, fit.kalman)
+        tried, white = fit.model.put(values), _white(data, fit, values)
         if not np.isfinite(white).all():
             continue
         change = white - fit.white
@@ -183,6 +182,13 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         change = data.white(fit.model.put(usual), fit.kalman) - fit.white
         detectable[1.0] = power_of(change) if np.isfinite(change).all() else np.inf
     return ScoredCandidate(candidate, gain, model, detectable, freed + joint_gain, elsewhere)
+
+
+def _white(data: Data, fit: Fit, values: Mapping[str, float]) -> Array:
+    """Whitened errors of a fit's model with other values; negative sizes of what cannot be negative are none."""
+    if all(fit.model.value(field) == value for field, value in values.items()):
+        return fit.white
+    return data.white(fit.model.put(values), fit.kalman)
 
 
 def _beyond_prior(gain: float, prior: float) -> float:

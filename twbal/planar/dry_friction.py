@@ -8,7 +8,7 @@ from twbal.planar.constants import Constants
 SWEEPS = 50
 """Most rounds over the impulses, where several act at once; as many as a physics engine takes."""
 
-_LONG = 10  # rounds after which they may lead to and fro
+_MANY = 10  # rounds after which extrapolations may go to and fro
 
 SETTLED = 1e-12
 """Share of the impulses; a round that changes them by less is the last.
@@ -55,23 +55,23 @@ def is_settled(first: float, second: float, third: float, before: tuple[float, f
 
 
 @kernel(is_inlined=True)
-def share_ahead(changed: tuple[float, float], last: tuple[float, float], rounds: int) -> float:
-    """By how much of the way from the round before to go on, where each round changes impulses by a like share.
+def extrapolation_factor(changed: tuple[float, float], last: tuple[float, float], rounds: int) -> float:
+    """By what multiple of a round's way from the outcome of the round before the limit of all rounds lies ahead.
 
     (D. G. Anderson: Iterative procedures for nonlinear integral equations, Journal of the ACM 12 (4), 1965, with one
     round before; for one impulse it is the secant method.)
 
     Args:
-        changed: by a round, of one unit.
-        last: by the round before.
-        rounds: how many were before. From some on, only half of the way is gone: the rest may lead to and fro between
-            impulses within their bounds and at them.
+        changed: what the round changed in two impulses, of one unit.
+        last: what the round before changed in them.
+        rounds: how many were before. After many, half of the multiple: impulses may go to and fro between their bounds
+            and values within these.
     """
     first, second = changed[0] - last[0], changed[1] - last[1]
     squared = first * first + second * second
     if rounds == 0 or squared == 0.0:
         return 0.0
-    return -(changed[0] * first + changed[1] * second) / squared * (1.0 if rounds < _LONG else 0.5)
+    return -(changed[0] * first + changed[1] * second) / squared * (1.0 if rounds < _MANY else 0.5)
 
 
 @kernel(is_inlined=True)

@@ -7,7 +7,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.core.tyres import traction_impulse
 from twbal.planar.constants import Constants
-from twbal.planar.dry_friction import SWEEPS, cut, is_settled, joint_bound, share_ahead
+from twbal.planar.dry_friction import SWEEPS, cut, extrapolation_factor, is_settled, joint_bound
 from twbal.planar.forces import forces, joint_torque, slope_ahead, swung, without_swinging
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_state import PlanarState, Turning
@@ -105,8 +105,8 @@ def _with_friction(
 ) -> _Rates:
     """Rates after the impulses of traction and of dry friction, which depend on one another.
 
-    They are found one after the other, round by round. Where they grow or shrink to their limit by a like share in each
-    round, the way that is left is foretold from two rounds.
+    They are found one after the other, round by round. Each round changes them by about the same share of what is left
+    to change, so that their limit is extrapolated from the last two rounds.
 
     Args:
         k, m: constants of the planar model; mobilities.
@@ -130,7 +130,7 @@ def _with_friction(
         if is_settled(traction, rolling, rubbing, before):
             break
         last, changed = changed, (k.radius * (traction - before[0]), rubbing - before[2] if dry.ground > 0.0 else 0.0)
-        ahead = share_ahead(changed, last, number) if number < SWEEPS - 1 else 0.0
+        ahead = extrapolation_factor(changed, last, number) if number < SWEEPS - 1 else 0.0
         pull = cut(traction + ahead * (traction - found[0]), grip) - traction
         rub = cut(rubbing + ahead * (rubbing - found[1]), dry.joint) - rubbing if dry.ground > 0.0 else 0.0
         found = traction, rubbing
