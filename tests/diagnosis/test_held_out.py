@@ -16,6 +16,7 @@ from twbal.diagnosis.rollouts_from_recordings import RolloutStarts
 from twbal.effects.library import effects_from
 from twbal.sim.replay import replay
 from twbal.sysid.held_out import held_out
+from twbal.sysid.model import Data
 from twbal.sysid.noise import NoiseModel
 from twbal.sysid.recording import MEASURED
 
@@ -197,6 +198,34 @@ def test_no_rollout_begins_right_after_lost_rows_but_one_may_after_what_was_fitt
         few = stretches._replace(spacing=40)  # fewer starts than are enough would be left
         measure_gaps(Models(seen, seen, seen), kept, resting, [3], few, LEVELS, paper.wheel_radius)
         assert [t for t in begun[-1] if rows.stop <= t < rows.stop + 60]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.02, 1.0])
+def test_rollouts_that_explode_speak_against_a_model(split, seen, paper, share):
+    """Even one, which raises the mean square by no more than its standard error."""
+    named = replace(seen, effects={**seen.effects, "motor_lag": {"time_constant": 0.02}})
+
+    def resting(result, starts, commands):
+        found = np.zeros((len(starts), commands.shape[1] + 1, 7))
+        found[: int(np.ceil(share * len(starts)))] = np.nan if "motor_lag" in result.effects else 0.0
+        return found
+
+    gaps = measure_gaps(
+        Models(seen, seen, named), split.kept_back, resting, [3], RolloutStarts(5, 5, 40, 3), LEVELS, paper.wheel_radius
+    )
+    assert all(np.isfinite([gap.after, gap.excess, gap.noise_floor]).all() for gap in gaps)
+    assert all(gap.is_worse == (share > 0.0) for gap in gaps)
+
+
+def test_a_recording_is_cut_by_the_instants_that_count(paper):
+    """Such as one of a robot that first drives in circles."""
+    whole = synthetic_recording(paper, {}, seed=3, periods=800, tolerance=0.0)
+    usable = np.arange(801) > 600
+    (first,), (last,) = held_out([replace(whole, usable=usable)], 0.25)[:2]
+    assert (first.usable.sum(), last.usable.sum()) == (150, 51)
+    assert [whole.instants_until(each) for each in (0.75, 0.001, 1.0)] == [600, 1, 800]
+    shortened = Data([replace(whole, usable=usable)], SUBSTEPS).shortened(50)
+    assert shortened.count == 50
 
 
 def run(robot, result, starts, commands):

@@ -115,3 +115,13 @@ def test_a_candidate_that_is_taken_away_leaves_nothing_behind(paper):
     plain = data.white(model, kalman)
     for candidate in candidates_for(paper):
         np.testing.assert_array_equal(data.white(model.put(candidate.none), kalman), plain, candidate.name)
+
+
+def test_a_set_that_diverges_has_an_infinite_cost_and_no_small_autocorrelation(paper, monkeypatch):
+    data = Data([synthetic_recording(paper, {}, seed=3, periods=300)], 10)
+    model = Model(planar_parameters(paper, {}), 0.0, first_noise(paper, data.sensed))
+    (friction,) = (each for each in candidates_for(paper) if each.name == "viscous_friction")
+    errors = Data.errors
+    monkeypatch.setattr(Data, "errors", lambda self, *of: [np.nan * each for each in errors(self, *of)])
+    found = fit_hypothesis(data, model, always_free(TOLERANCES, model.planar, 1), [friction], 0)
+    assert (found.bic, found.autocorrelation) == (np.inf, np.inf)

@@ -151,10 +151,11 @@ def test_large_joint_gains_of_many_leave_one_with_a_sure_gain_in_its_place(monke
         fitted.append(scored.candidate.name)
         return scored._replace(gain=280.0 if scored.candidate is sure else 3.0)
 
-    monkeypatch.setattr(score_test, "slopes_of", lambda data, fit: np.zeros((0, 0)))
+    monkeypatch.setattr(score_test, "slopes_of", lambda data, fit: None)
     monkeypatch.setattr(score_test, "_predict", predicted)
     monkeypatch.setattr(score_test, "_fit_briefly", fit_briefly)
-    found = score_candidates(None, None, [*many, sure])
+    fit = SimpleNamespace(white=np.zeros(3))
+    found = score_candidates(None, fit, [*many, sure])
     assert found[0].candidate is sure
     assert sure.name in fitted
     assert len(found) == 31

@@ -178,6 +178,15 @@ def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
     assert removal.without_redundant(problem(), trifle, BASE).names == ("backlash",)
 
 
+def test_what_is_negligible_stays_where_what_is_left_diverges(monkeypatch):
+    monkeypatch.setattr(FIT, by_scores({("backlash",): -np.inf, ("dead_zone",): 100.0}))
+    sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.thresholds.min_effect_size * 0.5}
+    trifle = hypothesis(
+        500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
+    )
+    assert removal.without_redundant(problem(), trifle, BASE).names == trifle.names
+
+
 THREE = hypothesis(500.0, "backlash", "dead_zone", "motor_lag")
 
 

@@ -161,16 +161,24 @@ def test_a_fit_whose_predictions_diverge_has_an_infinite_cost(data, start):
     assert found.values == pytest.approx([stiff.value(free.field) for free in FREES])
 
 
-def test_a_fit_stays_where_predictions_diverge_a_nudge_further(data, start, monkeypatch):
-    """The cost is finite at its start, and no slope can be told there."""
+@pytest.mark.parametrize("sides", [(1.0,), (-1.0, 1.0)])
+def test_a_fit_goes_on_where_predictions_diverge_a_nudge_further(sides, data, start, monkeypatch):
+    """The slope is that of the side on which they do not; of a value that has no such side there is none."""
     edge = start.value("torque_gain_gain")
     white = Data.white
 
     def diverges(self, model, kalman):
         found = white(self, model, kalman)
-        return found * (np.nan if model.value("torque_gain_gain") > edge else 1.0)
+        return found * (np.nan if np.sign(model.value("torque_gain_gain") - edge) in sides else 1.0)
 
     monkeypatch.setattr(Data, "white", diverges)
+    before = descend(data, start, data.filter(start), FREES, 0)
     found = descend(data, start, data.filter(start), FREES, 3)
-    assert np.isfinite(found.cost)
-    assert found.model.value("torque_gain_gain") == edge
+    assert found.cost < before.cost < np.inf
+    assert np.sign(found.model.value("torque_gain_gain") - edge) not in sides
+
+
+def test_where_predictions_diverge_a_fit_ends_and_no_slope_is_a_number(data, start):
+    kalman = data.filter(start)._replace(gains=-10.0 * data.filter(start).gains)
+    assert descend(data, start, kalman, FREES, 3).cost == np.inf
+    assert np.isnan(slopes(data, start, kalman, FREES, data.white(start, kalman))).all()

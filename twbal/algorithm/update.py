@@ -5,8 +5,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Generic, NamedTuple
 
-from numpy.linalg import LinAlgError
-
 from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome
 from twbal.algorithm.learned import LearnedPolicy, UpdateInputs
 from twbal.algorithm.ranking import Shown, shown_by
@@ -158,7 +156,7 @@ class Update(Generic[R, M, P, S, K]):
             return None
         try:
             return self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
-        except (DataError, ArithmeticError, LinAlgError) as error:  # g may be learned from them all the same
+        except (DataError, ArithmeticError, ValueError) as error:  # g may be learned from them all the same
             self._steps.say(f"no diagnosis: {error}")
             return None
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.errors import DataError
 from twbal.core.gaussian import Mask
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.held_commands import acting
@@ -65,7 +66,11 @@ def without_lost_commands(
         progress(
             f"{now.record.share:.1%} of the commands were lost; the effects are searched again by those that acted"
         )
-        found = search([_with(recording, lost) for recording, lost in zip(split.fitted, now.lost, strict=True)])
+        try:
+            found = search([_with(recording, lost) for recording, lost in zip(split.fitted, now.lost, strict=True)])
+        except (DataError, ArithmeticError, ValueError) as error:
+            progress(f"WARNING: that ended with an error ({error}); what was found by the commands as sent stands")
+            return WithoutLosses(as_sent, split, None)
     if losses is None or found.comparison is None:
         return WithoutLosses(as_sent, split, None)
     fitted = tuple(_with(recording, lost) for recording, lost in zip(split.fitted, losses.lost, strict=True))

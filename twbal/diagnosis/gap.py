@@ -17,6 +17,7 @@ from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import Effects, FilterResult
 from twbal.diagnosis.record import Gap
 from twbal.diagnosis.rollouts_from_recordings import (
+    EXPLODED,
     Replay,
     RolloutInputs,
     Rollouts,
@@ -96,8 +97,10 @@ def measure_gaps(
 def _excess(errors: Array, others: Array) -> float:
     """Mean square of errors (n,) less that of others from the same starts, in standard errors of the difference.
 
-    0 where they are too few to tell, or all alike.
+    0 where they are too few to tell, or all alike; `EXPLODED` where any of these has exploded, and none of the others.
     """
+    if np.abs(errors).max() >= EXPLODED > np.abs(others).max():
+        return EXPLODED
     differences = errors**2 - others**2
     standard_error = np.std(differences, ddof=1) / np.sqrt(len(differences)) if len(differences) > 1 else 0.0
     return float(np.mean(differences) / standard_error) if standard_error > 0.0 else 0.0
@@ -143,7 +146,9 @@ def _floor(
     variance = np.tile(noise**2, (right.shape[1], 1))
     for value, direction in zip(values, vectors.T, strict=True):
         off = [_moved(starts[i], np.sqrt(max(value, 0.0)) * direction, radius) for i in some]
-        variance += np.mean((replayed_courses(result, of, replay, off, held) - right) ** 2, axis=0)
+        squares = (replayed_courses(result, of, replay, off, held) - right) ** 2
+        usual = np.isfinite(squares) & (squares < EXPLODED**2)
+        variance += np.where(usual, squares, 0.0).sum(axis=0) / np.maximum(usual.sum(axis=0), 1)
     return np.asarray(np.sqrt(variance))
 
 

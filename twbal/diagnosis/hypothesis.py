@@ -41,7 +41,8 @@ class FittedHypothesis(NamedTuple):
     Attributes:
         candidates: the effects; none for the data sheet refitted.
         fit: with all that is always free.
-        autocorrelations: of the errors that it leaves, in each channel that was measured; 1 is white.
+        autocorrelations: of the errors that it leaves, in each channel that was measured; 1 is white, and infinite is
+            that of predictions that diverge, as is the cost then.
         bic_penalty: of its parameters, in -2 log likelihood.
         overriding: names of effects that swallow nearly all the commands' variation (`actuation.equivalent_gain`).
         temperature: by which the log likelihood was divided for its values (`tempered.settled`).
@@ -163,8 +164,9 @@ def fit_hypothesis(
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
         if not candidates:
             raise DataError(_DIVERGES)
-        fit = fit._replace(cost=np.inf)
-    left = data.autocorrelation(errors, kalman)[data.sensed]
+        fit, left = fit._replace(cost=np.inf), np.full(int(data.sensed.sum()), np.inf)
+    else:
+        left = data.autocorrelation(errors, kalman)[data.sensed]
     price = bic_penalty(candidates, data.count)
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 

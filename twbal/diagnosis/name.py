@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from math import isfinite
 
 import numpy as np
 
@@ -348,7 +349,8 @@ def _guess(
     """What is worth putting into a simulation although something speaks against the chosen set.
 
     All of it where nothing but short recordings does; else its effects that are more likely missing than not, and the
-    negligible ones, fitted without the others. None where none is left, or a parameter of what is left is at a bound.
+    negligible ones, fitted without the others. None where none is left, or where what is left diverges or has a
+    parameter at a bound.
     """
     if objected and all(objection.is_of_length for objection in objected):
         return chosen
@@ -360,7 +362,7 @@ def _guess(
     for candidate in chosen.effects:
         if candidate.name not in likely and candidate not in trifles:
             guess = without(problem, guess, candidate)
-    return None if guess.at_bound else guess
+    return None if guess.at_bound or not isfinite(guess.bic) else guess
 
 
 def _guessed(

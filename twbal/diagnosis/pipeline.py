@@ -31,7 +31,7 @@ from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
 from twbal.diagnosis.rollouts_from_recordings import RolloutStarts
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.side_findings import UNEQUAL, MotorDifference, effects_of
+from twbal.diagnosis.side_findings import UNEQUAL, effects_of
 from twbal.diagnosis.verdict import review
 from twbal.diagnosis.wheel_friction import identify_friction
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
@@ -45,6 +45,7 @@ from twbal.sysid.recording import (
     Recording,
     Usability,
     are_of_several_runs,
+    check_signals,
     read_recordings,
     what_is_not_used,
 )
@@ -135,10 +136,12 @@ def diagnose_episodes(
         ):
             diagnosis = _with_step(what, step, diagnosis)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
-    uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
-    advice = (*diagnosis.advice, *(each.text for each in (loss, uneven) if each is not None))
-    diagnosis = replace(diagnosis, lost_commands=loss, motor_difference=uneven, advice=advice)
-    corrected = replace(corrected, effects={**corrected.effects, **effects_of(loss, uneven)})
+    if loss is not None:
+        diagnosis = replace(diagnosis, lost_commands=loss, advice=(*diagnosis.advice, loss.text))
+    compared = partial(_with_motor_difference, found, [*measured.episodes, *tests.episodes], corrected, data)
+    diagnosis = _with_step("comparing the motors", compared, diagnosis)
+    effects = {**corrected.effects, **effects_of(loss, diagnosis.motor_difference)}
+    corrected = replace(corrected, effects=effects)
     return DiagnosisResult(diagnosis, found, split, corrected)
 
 
@@ -188,13 +191,21 @@ def _with_gyro_walk(comparison: ModelComparison, diagnosis: Diagnosis) -> Diagno
     return replace(diagnosis, gyro_bias_walk=gyro_bias_walk(comparison.data, comparison.chosen))
 
 
-def _motor_difference(
-    found: Findings, episodes: Sequence[Episode], simulation: DiagnosedSimulation, data: DataSettings
-) -> MotorDifference | None:
-    """By how much one motor is the stronger one; None where nothing shows it, or the simulation knows already."""
+def _with_motor_difference(
+    found: Findings,
+    episodes: Sequence[Episode],
+    simulation: DiagnosedSimulation,
+    data: DataSettings,
+    diagnosis: Diagnosis,
+) -> Diagnosis:
+    """By how much one motor is the stronger one, unless nothing shows it, or the simulation knows already."""
     if found.comparison is None or UNEQUAL in simulation.effects:
-        return None
-    return motor_difference(episodes, simulation.robot, found.comparison.chosen.fit.model.planar, data.max_tilt)
+        return diagnosis
+    planar = found.comparison.chosen.fit.model.planar
+    uneven = motor_difference(episodes, simulation.robot, planar, data.max_tilt)
+    if uneven is None:
+        return diagnosis
+    return replace(diagnosis, motor_difference=uneven, advice=(*diagnosis.advice, uneven.text))
 
 
 def free_form_inputs(
@@ -246,6 +257,7 @@ def _split(
     )
     sensed = np.all([recording.sensed for recording in (*recordings, *kept_back)], axis=0)
     fitted, tested = (tuple(replace(r, sensed=sensed) for r in these) for these in (recordings, kept_back))
+    check_signals((*fitted, *tested), usability.needs_tilt)
     return Split(fitted, tested, tuple(recording.name for recording in kept_back), are_ends=False)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
+from math import isfinite
 
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
@@ -54,13 +55,19 @@ def without_redundant(
 def _redundant(
     problem: Problem, chosen: FittedHypothesis, lighter: Sequence[FittedHypothesis]
 ) -> list[FittedHypothesis]:
-    """Of a set without each of its candidates, in their order, those in which nothing is lost that is worth naming."""
+    """Of a set without each of its candidates, in their order, those in which nothing is lost that is worth naming.
+
+    None of them diverges.
+    """
     return [
         less
         for less, candidate in zip(lighter, chosen.candidates, strict=True)
-        if less.bic - chosen.bic < problem.least_gain(candidate, chosen)
-        or problem.is_too_large(chosen)
-        or problem.is_trifle(chosen, candidate)
+        if isfinite(less.bic)
+        and (
+            less.bic - chosen.bic < problem.least_gain(candidate, chosen)
+            or problem.is_too_large(chosen)
+            or problem.is_trifle(chosen, candidate)
+        )
     ]
 
 

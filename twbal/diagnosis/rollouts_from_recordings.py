@@ -25,6 +25,9 @@ Angles and rates of a start, and of an observation, are of one instant, but for 
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _DIVERGED = math.pi  # rad; a filter that sees a larger tilt, or no number, has diverged
+EXPLODED = 1e6
+"""In the unit of a channel: error of a rollout that ends in what is no number, and the largest one of any."""
+
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
 _ENOUGH = 10  # starts that are left without those that follow lost rows
 _AT_MOST = 0.25  # share of a recording that goes by until its first rollout
@@ -112,6 +115,7 @@ def rollouts_of(result: FilterResult, given: RolloutInputs, replay: Replay, ahea
     if result.filter_rate > 0.0:
         since = recordings[0].period * np.arange(ahead + 1)
         errors[:, :, 0] -= errors[:, :1, 0] * np.exp(-result.filter_rate * since)
+    errors = np.clip(np.nan_to_num(errors, nan=EXPLODED), -EXPLODED, EXPLODED)
     return Rollouts(starts, courses, errors, of)
 
 

@@ -66,9 +66,9 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
         fit: the model so far; its filter serves all. Nothing is scored where its predictions diverge.
         candidates: which it does not hold yet.
     """
-    J = slopes_of(data, fit)
-    if not np.isfinite(J).all():
+    if not np.isfinite(fit.white).all():
         return []
+    J = slopes_of(data, fit)
     predicted = sorted(in_threads(lambda each: _predict(data, fit, J, each), candidates), key=lambda each: -each.gain)
     fitted = [each for each in predicted[:_FITTED] if each.gain > _LEAST]
     others = sorted(predicted[len(fitted) :], key=lambda each: -each.joint_gain)

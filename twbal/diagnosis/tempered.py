@@ -15,6 +15,7 @@ from collections.abc import Callable
 from functools import partial
 from math import isfinite
 
+from twbal.core.errors import DataError
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.removal import without_redundant
@@ -101,7 +102,10 @@ def tempered_search(
         The set that this comes to, and the rounds of all searches with all recordings and the tolerances as they are.
     """
     begun, rounds = _begun(problem, selection.base, progress), list(selection.rounds)
-    found = problem.fit(begun.fit.model, begun.candidates, _LAST_ROUNDS)
+    try:
+        found = problem.fit(begun.fit.model, begun.candidates, _LAST_ROUNDS)
+    except DataError:  # nothing was found, and by the values of the beginnings later predictions diverge
+        found = selection.base
     return added_to(problem, found, rounds, partial(_said, progress, "second search")), rounds
 
 

@@ -32,14 +32,15 @@ class Split(NamedTuple):
 def held_out(recordings: Sequence[Recording], share: float) -> Split:
     """Keep about a share of the recordings back.
 
-    Of four and more, whole ones are kept back, spread evenly, and no fewer than one; of fewer, the end of each.
+    Of four and more, whole ones are kept back, spread evenly, and no fewer than one; of fewer, the end of each, which
+    has that share of the instants that count.
     """
     if len(recordings) >= _WHOLE:
         every = min(max(2, round(1 / share)), len(recordings))
         back = [recording for i, recording in enumerate(recordings) if i % every == every - 1]
         fitted = [recording for recording in recordings if recording not in back]
         return Split(tuple(fitted), tuple(back), tuple(recording.name for recording in back), are_ends=False)
-    parted = [_cut(recording, round((1 - share) * len(recording))) for recording in recordings]
+    parted = [_cut(recording, recording.instants_until(1 - share)) for recording in recordings]
     first, last = zip(*parted, strict=True)
     return Split(first, last, tuple(recording.name for recording in last), are_ends=True)
 

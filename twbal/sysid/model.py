@@ -230,9 +230,9 @@ class Data:
         return int(sum(recording.usable[1:].sum() for recording in self.recordings))
 
     def shortened(self, instants: int) -> "Data":
-        """The beginnings of the recordings, as many instants as asked for or a few more."""
+        """The beginnings of the recordings, with as many instants that count as asked for or a few more."""
         share = min(instants / self.count, 1.0)
-        return replace(self, recordings=[each.part(0, ceil(share * len(each))) for each in self.recordings])
+        return replace(self, recordings=[each.part(0, each.instants_until(share, ceil)) for each in self.recordings])
 
     def linear(self, model: Model) -> LinearPlanarModel:
         """The linear model of a model, with a model discrepancy where its noise has one."""

@@ -1,6 +1,6 @@
 """Prediction-error fits: the values under which the recordings are likeliest, with a prior on some of them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.kalman import Filter
-from twbal.sysid.model import Data, FreeParameter, LogOffset, Model
+from twbal.sysid.model import Data, Field, FreeParameter, LogOffset, Model
 from twbal.sysid.noise import NoiseModel
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
@@ -51,8 +51,12 @@ def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
 def slopes(data: Data, model: Model, kalman: Filter, free_parameters: Sequence[FreeParameter], white: Array) -> Array:
     """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound.
 
-    An offset bears on one recording alone, so those of one kind are moved in all recordings at once.
+    An offset bears on one recording alone, so those of one kind are moved in all recordings at once. Where predictions
+    diverge a nudge away, the difference to the other side is taken, and none where they do on both; where they diverge
+    without a nudge, nothing is a number.
     """
+    if not np.isfinite(white).all():
+        return np.full((len(white), len(free_parameters)), np.nan)
     columns = np.empty((len(white), len(free_parameters)))
     ends = 4 * np.cumsum([0, *(len(recording) for recording in data.recordings)])
     offsets: dict[str, list[tuple[int, LogOffset, float]]] = {}
@@ -62,16 +66,26 @@ def slopes(data: Data, model: Model, kalman: Filter, free_parameters: Sequence[F
         if isinstance(free.field, LogOffset):
             offsets.setdefault(free.field.kind, []).append((i, free.field, nudge))
         else:
-            columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+            columns[:, i] = _change(data, model, kalman, {free.field: nudge}, white) / nudge
     apart = model.apart
     for these in offsets.values():
-        change = data.white(apart.put({field: apart.value(field) + nudge for _, field, nudge in these}), kalman) - white
+        change = _change(data, apart, kalman, {field: nudge for _, field, nudge in these}, white)
         for _, field, nudge in these:
             change[slice(*ends[field.recording : field.recording + 2])] /= nudge
         for i, field, _ in these:
             shares = [model.share(field, recording) for recording in range(len(data.recordings))]
             columns[:, i] = np.repeat(shares, np.diff(ends)) * change
     return columns
+
+
+def _change(data: Data, model: Model, kalman: Filter, nudges: Mapping[Field, float], white: Array) -> Array:
+    """What nudges of values change in the whitened errors, by those to the other side where predictions diverge."""
+    for side in (1.0, -1.0):
+        moved = model.put({field: model.value(field) + side * nudge for field, nudge in nudges.items()})
+        found = side * (data.white(moved, kalman) - white)
+        if np.isfinite(found).all():
+            return found
+    return np.zeros_like(white)
 
 
 def slopes_of(data: Data, fit: Fit) -> Array:

@@ -85,6 +85,16 @@ class Recording:
         loop = self.uneven.part(begin, end) if self.uneven else None
         return replace(self, commands=self.commands[begin:end], uneven=loop, **instants)
 
+    def instants_until(self, share: float, rounded: Callable[[float], int] = round) -> int:
+        """Of the beginning that holds a share of the instants that count, at least 1.
+
+        Args:
+            share: of these instants.
+            rounded: makes a whole number of them.
+        """
+        counted = np.cumsum(self.usable[1:])
+        return int(np.searchsorted(counted, rounded(share * int(counted[-1])))) + 1
+
     @property
     def readings(self) -> Array:
         """(T + 1, 4) as they were read, in the order of `MEASURED`, wherever their instants lie."""
@@ -164,7 +174,7 @@ def read_recordings(
         )
     sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
     recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
-    _check_signals(recordings, usability.needs_tilt)
+    check_signals(recordings, usability.needs_tilt)
     return recordings
 
 
@@ -199,7 +209,7 @@ def check_episodes(episodes: Sequence[Episode], names: Sequence[str], robot: Rob
     recordings = [_read(e, name, robot, everything, False) for e, name in zip(episodes, names, strict=True)]
     sensed = np.all([recording.sensed for recording in recordings], axis=0)
     if sum(map(len, recordings)) >= _FEW:
-        _check_signals([replace(recording, sensed=sensed) for recording in recordings], needs_tilt=True)
+        check_signals([replace(recording, sensed=sensed) for recording in recordings], needs_tilt=True)
 
 
 def _check_stands(episodes: Sequence[Episode]) -> None:
@@ -338,8 +348,16 @@ def _check_clock(times: Array, name: str, period: float) -> None:
         )
 
 
-def _check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
-    """Raise where a channel does not change, or the torque never varied: nothing can be learned then."""
+def check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
+    """Whether something can be learned from recordings.
+
+    Args:
+        recordings: which all have the same channels.
+        needs_tilt: whether that takes a tilt or its rate.
+
+    Raises:
+        DataError: no channel of the tilt or of the wheels is left, one does not change, or the torque never varied.
+    """
     measured = np.concatenate([recording.measured for recording in recordings])
     sensed = recordings[0].sensed
     if (needs_tilt and not sensed[:2].any()) or not sensed[2:].any():
