@@ -36,7 +36,7 @@ public:
             body_.sample(1e-6f * static_cast<float>(since), robot_.motors_may_be_on());
             body_.drive(robot_.output(), robot_.drive(), robot_.motors_may_be_on());
         }
-        while (line_.available() > 0) {
+        for (int left = MOST_BYTES; left > 0 && line_.available() > 0; --left) { // a line that is flooded waits
             const uint8_t byte = static_cast<uint8_t>(line_.read());
             robot_.receive(&byte, 1, now);
         }
@@ -48,6 +48,8 @@ public:
     }
 
 private:
+    static constexpr int MOST_BYTES = 256; // of a turn: more than come in a millisecond at 921600 baud
+
     Body& body_;
     Robot& robot_;
     Line& line_;

@@ -163,6 +163,8 @@ static void body()
     check(!wheels.arm(0), "a robot whose IMU was never read does not arm");
     bench.imu.forward = -sinf(0.2f);
     bench.imu.up = cosf(0.2f);
+    wheels.sample(0.002f, false);
+    check(!wheels.arm(0), "nor does one whose IMU was read once");
     for (int k = 0; k < 100; ++k) {
         wheels.sample(0.002f, false);
     }
@@ -189,13 +191,44 @@ static void body()
     }
     check(isnan(wheels.sense(none, 0, 0.01f).tilt) && !wheels.arm(0), "an IMU that does not answer has no tilt");
     bench.answers = true;
-    wheels.sample(0.002f, true);
-    check(!isnan(wheels.sense(none, 0, 0.01f).tilt), "and has one again");
+    bench.imu.forward = sinf(0.5f); // somebody has turned it meanwhile
+    bench.imu.up = cosf(0.5f);
+    wheels.sample(0.002f, false);
+    check(!wheels.arm(0), "nor after one answer");
+    for (int k = 0; k < 10; ++k) {
+        wheels.sample(0.002f, false);
+    }
+    check(wheels.arm(0) && near(wheels.sense(none, 0, 0.01f).tilt, -0.5f, 0.001f), "and has one again, of where it is");
     for (int k = 0; k < 20; ++k) {
         bench.imu.yaw_rate -= 1e-6f;
         wheels.sample(0.002f, true);
     }
     check(isnan(wheels.sense(none, 0, 0.01f).tilt), "an IMU that repeats itself is frozen");
+}
+
+// A body that turns at 2 rad/s for 0.3 s while the IMU answers only each `every`th time: the tilt that it says.
+static float turned(int every)
+{
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true};
+    Bench bench;
+    twbal::TwoWheels<Bench> wheels(bench, build);
+    for (int k = 0; k < 100; ++k) {
+        wheels.sample(0.002f, false);
+    }
+    for (int k = 1; k <= 150; ++k) {
+        const float tilt = 2.0f * 0.002f * static_cast<float>(k);
+        bench.imu = {-sinf(tilt), cosf(tilt), 2.0f, bench.imu.yaw_rate};
+        bench.answers = k % every == 0;
+        wheels.sample(0.002f, true);
+    }
+    return wheels.sense(twbal::WheelCommands{0.0f, 0.0f}, 0, 0.01f).tilt;
+}
+
+static void unread()
+{
+    check(near(turned(1), 0.6f, 0.01f), "a body that turns");
+    check(near(turned(2), 0.6f, 0.02f) && near(turned(3), 0.6f, 0.02f), "readings that are lost lose no motion");
+    check(isnan(turned(4)) && isnan(turned(10)), "an IMU that answers only now and then stops the robot");
 }
 
 // A wheel in the air behind a gear motor, the left one of a bench: a hand turns it forward at 1 turn/s for a second and
@@ -408,6 +441,7 @@ int main()
     encoders();
     heading();
     body();
+    unread();
     wheel_in_a_hand();
     dead_duty();
     watchdog();

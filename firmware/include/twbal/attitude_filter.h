@@ -48,6 +48,9 @@ public:
         tilt_ = (1.0f - share) * (tilt_ + rate_ * period) + share * felt;
     }
 
+    // Begin anew at the next sample: the robot may be anywhere by then.
+    void forget() { settled_ = false; }
+
     // While the motors are off.
     void rest(float rate, float period) { bias_.update(rate, period); }
 

@@ -59,15 +59,18 @@ public:
     void sample(float period, bool motors_are_on)
     {
         ImuSample seen = before_;
-        if (!hardware_.read_imu(seen)) {
-            odd_samples_ = static_cast<uint8_t>(odd_samples_ + (odd_samples_ < 255));
-            return;
-        }
+        const bool is_read = hardware_.read_imu(seen);
         // The noise of a living sensor changes its last digit: one that repeats itself has frozen.
         const bool is_same = seen.forward == before_.forward && seen.up == before_.up
             && seen.pitch_rate == before_.pitch_rate && seen.yaw_rate == before_.yaw_rate;
-        odd_samples_ = is_same ? static_cast<uint8_t>(odd_samples_ + (odd_samples_ < 255)) : uint8_t{0};
+        judge_imu(!is_read || is_same);
+        if (!is_read) {
+            unread_ += period;
+            return;
+        }
         before_ = seen;
+        period += unread_; // the robot turned meanwhile, too
+        unread_ = 0.0f;
         if (!motors_are_on) {
             filter_.rest(seen.pitch_rate, period);
             yaw_bias_.update(seen.yaw_rate, period);
@@ -126,8 +129,27 @@ public:
 
 private:
     static constexpr uint8_t FROZEN = 10; // samples in a row: 20 ms at 2 ms
+    static constexpr uint8_t MAKES_UP = 2; // odd samples for which a good one makes up: more than 2 of 3 are too many
 
-    bool imu_lives() const { return odd_samples_ < FROZEN; }
+    bool imu_lives() const { return lives_; }
+
+    // An IMU without which the robot must stop; after that it begins anew, with as many good samples in a row.
+    void judge_imu(bool is_odd)
+    {
+        const uint8_t fewer = lives_ ? MAKES_UP : uint8_t{1};
+        if (is_odd) {
+            odd_samples_ = static_cast<uint8_t>(odd_samples_ + (odd_samples_ < FROZEN));
+        } else {
+            odd_samples_ = static_cast<uint8_t>(odd_samples_ > fewer ? odd_samples_ - fewer : 0);
+        }
+        if (odd_samples_ == FROZEN) {
+            lives_ = false;
+            unread_ = 0.0f;
+            filter_.forget();
+        } else if (odd_samples_ == 0) {
+            lives_ = true;
+        }
+    }
 
     // At a command of exactly 0 the bridge is off: a back-EMF that is too large, by a wrong count or gear, would drive
     // on a wheel that a hand turns. The dead duty has the sign of the torque, so that it never drives on what brakes. A
@@ -151,8 +173,10 @@ private:
     WheelEncoder left_, right_;
     ImuSample before_ = {0.0f, 1.0f, 0.0f, 0.0f};
     float heading_ = 0.0f, yaw_rate_ = 0.0f;
+    float unread_ = 0.0f; // since the IMU was last read [s]
     RestingBias yaw_bias_;
-    uint8_t odd_samples_ = FROZEN; // until the first good one
+    uint8_t odd_samples_ = FROZEN;
+    bool lives_ = false; // until it was read some times
 };
 
 } // namespace twbal
