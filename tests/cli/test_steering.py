@@ -234,6 +234,26 @@ def test_a_drive_that_is_there_already_is_told_to_be(policy, tmp_path, capsys):
     ]
 
 
+def test_a_drive_that_ended_before_its_figure_was_drawn_is_not_driven_again(policy, tmp_path, capsys, monkeypatch):
+    (tmp_path / "pad.bin").write_bytes(EVENT.pack(0, 1, 1, 0) + EVENT.pack(400, 1, 1, 0))
+    words = [f"policy.path={policy}", 'link.overrides=["faults=none"]', f"input={tmp_path / 'pad.bin'}", "pace=100"]
+    words = ["drive", *words, "seconds=1", f"hydra.run.dir={tmp_path / 'out'}"]
+
+    def interrupted(figure, file):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as broken:
+        broken.setattr("twbal.cli.stages.drive.save", interrupted)
+        assert main(words) != 0
+    log = tmp_path / "out" / "episodes" / "trial_000.mcap"
+    before = (log.stat().st_mtime_ns, log.read_bytes())
+    capsys.readouterr()
+    assert main(words) == 0
+    assert "driven before" in capsys.readouterr().out
+    assert (log.stat().st_mtime_ns, log.read_bytes()) == before
+    assert (tmp_path / "out" / "figures" / "trial_000.svg").is_file()
+
+
 def test_a_drive_is_recorded_as_a_live_view_shows_it(robot, policy, at_terminal, tmp_path):
     pytest.importorskip("rerun", reason="comes with the extra [viewers]")
     person = at_terminal(("tilt", b"www"), (r"reference \+0\.30 ", b"q"))

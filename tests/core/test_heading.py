@@ -289,3 +289,15 @@ def test_turns_that_cannot_be_are_refused(segment: dict[str, float]) -> None:
 
 def test_without_control_of_the_heading_a_course_has_none() -> None:
     assert Course.from_settings(paper(), [{"turn": 90}], control_heading=False).heading is None
+
+
+def test_the_rate_is_that_of_the_wheels_angles_where_nothing_measures_it() -> None:
+    robot = paper()
+    estimate, told = HeadingEstimate(robot, has_gyro=False), HeadingEstimate(robot, has_gyro=False)
+    for k in range(50):
+        time = 0.02 * k
+        apart = WheelDifference(0.5 * time**2, time)
+        told.follow(time, math.nan, apart, stands=False)
+        estimate.follow(time, math.nan, apart._replace(rate=math.nan), stands=False)
+    assert estimate.heading == told.heading
+    assert estimate.rate == pytest.approx(told.rate, rel=0.02)

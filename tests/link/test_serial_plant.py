@@ -169,19 +169,18 @@ def test_a_link_that_comes_back_serves_the_next_rollout():
     assert drive(plant, trial=1).outcome is Outcome.COMPLETED
 
 
-@pytest.mark.parametrize("trouble", [KeyboardInterrupt, ZeroDivisionError])
-def test_the_robot_is_disarmed_on_every_way_out(trouble):
+@pytest.mark.parametrize(
+    ("trouble", "outcome"), [(KeyboardInterrupt, Outcome.STOPPED), (ZeroDivisionError, Outcome.POLICY_FAULT)]
+)
+def test_the_robot_is_disarmed_on_every_way_out(trouble, outcome):
     plant, _, pendulum = linked()
 
     def fail(step):
         if step == 5:
             raise trouble
 
-    if trouble is KeyboardInterrupt:
-        assert drive(plant, policy=Linear(fail)).outcome is Outcome.STOPPED
-    else:
-        with pytest.raises(trouble):
-            drive(plant, policy=Linear(fail))
+    episode = drive(plant, policy=Linear(fail))
+    assert (len(episode), episode.outcome) == (5, outcome)
     assert len(pendulum.torques) == 6
     assert pendulum.torques[-1] is None
 
@@ -437,8 +436,12 @@ def test_what_both_wheels_say_is_averaged_and_their_difference_is_kept():
 
     line.to_host = turning
     plant.sensors |= Sensors.WHEEL_DIFFERENCE
+    plant.sensors &= ~Sensors.DIFFERENCE_RATE
     seen = plant.reset(0)
     assert (seen.wheel_angle, seen.wheel_rate) == (2.0, 0.5)
+    assert plant.wheel_difference().angle == 2.0
+    assert np.isnan(plant.wheel_difference().rate)
+    plant.sensors |= Sensors.DIFFERENCE_RATE
     assert plant.wheel_difference() == (2.0, 3.0)
 
 

@@ -13,7 +13,7 @@ from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.simulation import Simulation
 from twbal.core.channels import Channels
 from twbal.core.copies import end_with, is_copy
-from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.episode import Episode, Outcome, Provenance, in_sentences
 from twbal.core.errors import ConfigError, DataError, LinkLostError
 from twbal.core.plant import Plant
 from twbal.core.threads import cores
@@ -64,7 +64,7 @@ class RolloutPlan:
                 raise KeyboardInterrupt
             if episode.outcome in (Outcome.POLICY_FAULT, Outcome.LINK_LOST):
                 error = DataError if episode.outcome is Outcome.POLICY_FAULT else LinkLostError
-                why = " ".join(event.text for event in episode.events)
+                why = in_sentences(episode.events)
                 raise error(f"Rollout {provenance.trial} broke off: {why}")
             yield episode
 

@@ -44,9 +44,9 @@ def rollout(
     """Drive `plant` by `policy` for at most `steps` control periods.
 
     The rollout ends early where the tilt passes its limit, the robot falls silent or measures what is no number, its
-    clock does not run forward, the policy commands what is no number, or the person presses Ctrl-C; the episode so far
-    is returned with that outcome, and the motors are stopped on every way out. A robot that does not confirm its last
-    stop ends as a lost link, too.
+    clock does not run forward, the policy raises or commands what is no number, or the person presses Ctrl-C; the
+    episode so far is returned with that outcome, and the motors are stopped on every way out. A robot that does not
+    confirm its last stop ends as a lost link, too.
 
     Args:
         tilt_limit: measured |tilt| at which the rollout ends, at most `MAX_TILT_LIMIT` [rad].
@@ -124,9 +124,13 @@ def _drive(
         if ending := record.shown_to(watch):
             record.end(*ending)
             return
-        command = controller(record.for_policy)
+        state = record.for_policy.tolist()
+        try:
+            command = controller(record.for_policy)
+        except Exception as error:  # of anybody's policy; what was driven so far is kept
+            record.end(Outcome.POLICY_FAULT, f"The policy ended with {type(error).__name__}: {error}. State: {state}.")
+            return
         if not _is_number(command):
-            state = record.for_policy.tolist()
             record.end(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )

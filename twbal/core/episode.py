@@ -1,5 +1,6 @@
 """The record of one rollout, checked when it is made and never changed after."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import NamedTuple
@@ -33,6 +34,12 @@ class Event(NamedTuple):
 
     time: float
     text: str
+
+
+def in_sentences(events: Iterable[Event]) -> str:
+    """Texts of events, one sentence each."""
+    texts = [event.text[:1].upper() + event.text[1:] for event in events]
+    return " ".join(text if text.endswith((".", "?", "!")) else f"{text}." for text in texts)
 
 
 class Ending(NamedTuple):

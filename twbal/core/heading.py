@@ -1,5 +1,6 @@
 """Which way the robot looks, from its gyro and its wheels."""
 
+import math
 from typing import NamedTuple
 
 from twbal.core.plant import WheelDifference
@@ -76,8 +77,10 @@ class HeadingEstimate:
         by_wheels = self._heading_per_wheel * apart.angle if apart else 0.0
         before, self._before = self._before, (time, by_wheels)
         if not self._has_gyro:
-            self.rate = self._heading_per_wheel * apart.rate if apart else 0.0
-            self.heading += by_wheels - before[1] if before else 0.0
+            moved, since = (by_wheels - before[1], time - before[0]) if before else (0.0, math.inf)
+            is_told = apart is not None and math.isfinite(apart.rate)
+            self.rate = self._heading_per_wheel * apart.rate if apart and is_told else moved / since
+            self.heading += moved
             return
         if before is not None:
             step = time - before[0]

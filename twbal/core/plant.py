@@ -56,7 +56,7 @@ class WheelDifference(NamedTuple):
 
     Attributes:
         angle: right minus left, relative to the body [rad].
-        rate: of that [rad/s].
+        rate: of that [rad/s]; NaN where nothing measures it.
     """
 
     angle: float

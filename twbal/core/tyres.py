@@ -1,6 +1,6 @@
 """Tyres that creep before they slide; plain enough for kernels, too (`twbal.core.compiled`)."""
 
-from math import sqrt
+from math import pow, sqrt
 
 
 def traction_impulse(slip: float, mobility: float, grip: float, creep: float) -> float:
@@ -22,7 +22,7 @@ def traction_impulse(slip: float, mobility: float, grip: float, creep: float) ->
     p, q = creep / most, (most + creep - abs(slip)) / most
     share = sqrt(p / 3.0)
     half = 0.5 * q / share**3
-    root = (half + sqrt(half * half + 1.0)) ** (1.0 / 3.0)
+    root = pow(half + sqrt(half * half + 1.0), 1.0 / 3.0)
     y = share * (root - 1.0 / root)
     traction = grip * (1.0 - y * y * y)
     return -traction if slip > 0.0 else traction

@@ -25,7 +25,7 @@ from twbal.link.protocol import (
     Welcome,
 )
 from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TORQUE, MAX_TRIAL, check_timeouts, odd_values
-from twbal.link.telemetry_meaning import advice_on_silence, observation_of, says_off, why_stopped
+from twbal.link.telemetry_meaning import advice_on_arming, advice_on_silence, observation_of, says_off, why_stopped
 from twbal.link.transport import SerialTransport, Transport
 from twbal.link.version_1 import VERSION_1
 from twbal.link.wheel_commands import WheelCommands, WheelLimits, torque_per_voltage
@@ -169,7 +169,7 @@ class SerialPlant(Plant):
         self._notes.begin()  # while it armed, it may have been asked again and again
         if not self._last.status & Status.ARMED:
             raise LinkError(
-                f"The robot {self.robot_name} does not arm: {why_stopped(self._last)}. Place it at its start."
+                f"The robot {self.robot_name} does not arm: {why_stopped(self._last)}. {advice_on_arming(self._last)}"
             )
         return self._observation(self._last)
 
@@ -258,7 +258,8 @@ class SerialPlant(Plant):
     def wheel_difference(self) -> WheelDifference | None:
         """How far the wheels are apart, as the last telemetry says; None where the robot does not measure it."""
         if not self._lost and self._armed and self.sensors & Sensors.WHEEL_DIFFERENCE:
-            return WheelDifference(self._last.wheel_difference, self._last.difference_rate)
+            is_told = self.sensors & Sensors.DIFFERENCE_RATE
+            return WheelDifference(self._last.wheel_difference, self._last.difference_rate if is_told else math.nan)
         return None
 
     def pose(self) -> Pose | None:

@@ -51,6 +51,15 @@ def why_stopped(seen: Telemetry) -> str:
     return "it was stopped at its own side"
 
 
+def advice_on_arming(seen: Telemetry) -> str:
+    """What to do with a robot that does not arm, as a sentence."""
+    if seen.status & Status.SENSOR_STOPPED:
+        return "Are its IMU and its encoders plugged in?"
+    if seen.status & Status.WATCHDOG_STOPPED:
+        return "Is this computer busy, or the line slow? `twbal doctor` and `twbal check-link` look at both."
+    return "Place it at its start."
+
+
 def advice_on_silence(before: Telemetry, seen: Telemetry, version: int) -> str:
     """What to do where the watchdog stopped a robot; empty where something else did.
 

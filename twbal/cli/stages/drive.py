@@ -125,8 +125,18 @@ def run(
     if settings.view is not None:
         check_target(settings.view)
 
+    recording = out / "view" / f"trial_{settings.trial:03d}.rrd"
+
     def drive() -> list[Path]:
-        recording = out / "view" / f"trial_{settings.trial:03d}.rrd"
+        log = episode_file(out / "episodes", settings.trial)
+        if not log.exists():  # else only the figure is missing: it was broken off after the drive
+            log = now()
+            tell(log)
+        figure = out / "figures" / f"{log.stem}.svg"
+        save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)
+        return [log, figure, *([recording] if recording.exists() else [])]
+
+    def now() -> Path:
         link = prepared_link(cfg, driven.robot, driven.channels, driven.policy, out / FOLDER, launch)
         with (
             stopped_once(),
@@ -140,11 +150,7 @@ def run(
                 heed_last_check(plant, driven.robot)
             with in_time(plant):
                 named = replace(provenance, robot=plant.robot_name)
-                log = _record(plant, source, driven, settings, named, out, view)
-        tell(log)
-        figure = out / "figures" / f"{log.stem}.svg"
-        save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)
-        return [log, figure, *([recording] if settings.view == FILE else [])]
+                return _record(plant, source, driven, settings, named, out, view)
 
     return perform(step, drive)
 

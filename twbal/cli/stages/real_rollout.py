@@ -48,7 +48,7 @@ from twbal.cli.trials_at_once import (
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse, standing_targets
-from twbal.core.episode import Episode, Provenance
+from twbal.core.episode import Episode, Provenance, in_sentences
 from twbal.core.errors import DataError
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
@@ -258,7 +258,7 @@ def record(
             episode = drive(watch=watch, feed_forward=FeedForward.of_robot(robot), yields=yields)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
-                keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
+                keep_interrupted(with_line, out / "interrupted", why=in_sentences(episode.events))
             keep(file, with_line)
             tell(with_line)
     return [episode_file(out / "episodes", trial) for trial in settings.numbers]
