@@ -89,3 +89,8 @@ def test_a_robot_that_was_never_checked_is_given_with_a_warning_and_not_by_a_she
 def test_what_is_an_argument_is_no_override():
     with pytest.raises(ConfigError, match=r"Give heed_check=\.\.\. to the function"):
         twbal.connect("/dev/ttyUSB0", overrides=["heed_check=false"])
+
+
+def test_a_policy_on_board_is_not_driven_by_the_library():
+    with pytest.raises(ConfigError, match="drives by whatever policy the board holds"):
+        twbal.connect("/dev/null", overrides=["link.on_board=true"], heed_check=False)

@@ -143,6 +143,21 @@ def own_handlers():
         signal.signal(number, handler)
 
 
+def test_trials_that_ended_are_told_of_where_a_later_one_breaks_off():
+    robot, seen = HeldRobot(), []
+
+    def broken_off(trial):
+        raise KeyboardInterrupt
+
+    with served(Firmware(robot, Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP))) as port:
+        sheet = replace(twbal.robot(), **HELD)
+        with twbal.connect(port, sheet, ["link.confirm_placed=null", "link.timeout=5"], heed_check=False) as plant:
+            arm, plant.reset = plant.reset, lambda trial: broken_off(trial) if trial == 1 else arm(trial)
+            with pytest.raises(KeyboardInterrupt):
+                twbal.evaluate(Resting(), sheet, plant=plant, trials=2, overrides=SHORT, tell=seen.append)
+    assert [episode.provenance.trial for episode in seen] == [0]
+
+
 class Signalled(HeldRobot):
     """Sends this process a signal in its first trial, and tells of its stops."""
 

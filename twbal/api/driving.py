@@ -1,6 +1,6 @@
 """Driving a robot by a policy, in simulation or for real, and what is to be made of it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import TrialVerdict, drift, judged, real_cost
 from twbal.core.plant import Plant
+from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.sheet_check import check_robot, check_sensors
@@ -112,6 +113,7 @@ def evaluate(
     trials: int = 10,
     seed: int = 0,
     overrides: Sequence[str] = (),
+    tell: Callable[[Episode], object] = lambda episode: None,
 ) -> Evaluation:
     """Drive trials by a policy and count the successes, by the rule and the cost of `twbal iterate`.
 
@@ -126,6 +128,7 @@ def evaluate(
         trials: how many.
         seed: of start poses, noise and the policy's randomness.
         overrides: settings of `twbal iterate`, such as `["success.place_radii=null"]`.
+        tell: is given each trial on a `plant` as it ends, so that none is lost where a later one breaks off.
 
     Raises:
         ConfigError: an argument or a setting cannot be right, the policy was made for another control period, or the
@@ -162,9 +165,7 @@ def evaluate(
         check_plant(plant)
         if given:
             raise ConfigError("effects are those of the simulated robot, and here a plant is driven; give one of both.")
-        check_robot(plant, setup.simulation.robot)
-        check_sensors(plant, channels.names)
-        episodes = _driven_on(plant, driver, channels, settings, Provenance(name, "robot", seed=seed))
+        episodes = _driven_on(plant, driver, channels, settings, setup.simulation.robot, tell)
     verdicts = tuple(judged(episode, rule) for episode in episodes)
     return Evaluation(
         successes=sum(verdict.succeeded for verdict in verdicts),
@@ -176,12 +177,24 @@ def evaluate(
 
 
 def _driven_on(
-    plant: Plant, driver: Policy, channels: Channels, settings: RolloutSettings, source: Provenance
+    plant: Plant,
+    driver: Policy,
+    channels: Channels,
+    settings: RolloutSettings,
+    robot: RobotParameters,
+    tell: Callable[[Episode], object],
 ) -> tuple[Episode, ...]:
-    """Trials on a robot that is there already."""
+    """Trials on a robot that is there already, if it is that one; `tell` is given each as it ends."""
+    check_robot(plant, robot)
+    check_sensors(plant, channels.names)
+    source = Provenance(robot.name, "robot", seed=settings.seed)
     plan = RolloutPlan(lambda: plant, driver, channels, settings.steps, settings.tilt_limit, new_watch=FrozenSensors)
+    episodes = list[Episode]()
     with stoppable(plant):
-        return tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
+        for episode in plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]):
+            tell(episode)
+            episodes.append(episode)
+    return tuple(episodes)
 
 
 def _check_counts(trials: int, seed: int, overrides: Sequence[str]) -> None:

@@ -8,6 +8,7 @@ from twbal.api.real_robots import heed_last_check
 from twbal.api.sheets import RobotLike, check_overrides, is_packaged, sheet_of, words_for, words_of_sheet
 from twbal.cli.composed import built, composed
 from twbal.cli.robot_link import with_own_sheet
+from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.link.serial_plant import SerialPlant
 
@@ -70,6 +71,11 @@ def connect(
     cfg = composed("real-rollout", ["policy=random", *words_for(robot, link), *overrides])
     if not is_packaged(robot):
         cfg = with_own_sheet(cfg, words_of_sheet(sheet_of(robot)))
+    if cfg.link.get("on_board"):
+        raise ConfigError(
+            "link.on_board=true drives by whatever policy the board holds, and here nothing compares that with yours: "
+            "use twbal real-rollout policy.path=... link.on_board=true."
+        )
     plant = built(cfg, "link")
     assert isinstance(plant, AbstractContextManager)
     if port is not None and heed_check:
