@@ -156,7 +156,7 @@ struct Bench {
 
 static void body()
 {
-    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true};
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f};
     const twbal::WheelCommands none = {0.0f, 0.0f};
     Bench bench;
     twbal::TwoWheels<Bench> wheels(bench, build);
@@ -182,6 +182,13 @@ static void body()
     check(near(bench.left_duty, 0.5f, 1e-6f) && near(bench.right_duty, 0.5f, 1e-6f), "voltage makes it alone");
     wheels.drive(twbal::WheelCommands{NAN, 0.0f}, TWBAL_DRIVE_TORQUE, true);
     check(bench.left_duty == 0.0f && bench.right_duty == 0.0f, "no number, no duty");
+    bench.volts = 3.0f;
+    wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
+    check(near(bench.left_duty, 0.75f, 1e-6f), "a battery that cannot be so low makes no larger duty");
+    bench.volts = 0.5f;
+    wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
+    check(bench.left_duty == 0.0f, "no battery, no duty");
+    bench.volts = 12.0f;
     bench.left_duty = 1.0f;
     wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, false);
     check(bench.left_duty == 0.0f, "off is off");
@@ -209,7 +216,7 @@ static void body()
 // A body that turns at 2 rad/s for 0.3 s while the IMU answers only each `every`th time: the tilt that it says.
 static float turned(int every)
 {
-    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true};
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f};
     Bench bench;
     twbal::TwoWheels<Bench> wheels(bench, build);
     for (int k = 0; k < 100; ++k) {
@@ -267,7 +274,7 @@ static void wheel_in_a_hand()
     for (float count : counts) {
         for (float gear : gears) {
             for (float dead : dead_duties) {
-                const twbal::Build believed = {{7.0f, 0.0098f, gear}, dead, count, count, 0.5f, 0.01f, true};
+                const twbal::Build believed = {{7.0f, 0.0098f, gear}, dead, count, count, 0.5f, 0.01f, true, 0.0f};
                 check(let_go(believed, 0.0f) == 0.0f, "a command of 0 drives no wheel");
                 const float volts = 11.1f, turn = 6.2831853f, brakes[] = {-1e-6f, -0.1f, -0.5f, -2.0f};
                 for (float brake : brakes) {
@@ -291,7 +298,7 @@ static void wheel_in_a_hand()
 // The duty below which a motor does not turn is added to torques, in their direction, and not to voltages.
 static void dead_duty()
 {
-    const twbal::Build plain = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, 660.0f, 0.5f, 0.01f, true};
+    const twbal::Build plain = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, 660.0f, 0.5f, 0.01f, true, 0.0f};
     twbal::Build dead = plain;
     dead.dead_duty = 0.2f;
     Bench bench, same;

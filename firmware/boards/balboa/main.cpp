@@ -26,7 +26,7 @@ static_assert(twbal::policy_is_of_period(CONTROL_PERIOD_US), "the policy on boar
 const float TORQUE_LIMIT = 1.99f, DIFFERENCE_LIMIT = 0.5f, TILT_LIMIT = 1.0f;
 const float MOTOR_VOLTAGE_LIMIT = 7.2f;
 const float COUNTS = 12.0f * 110.1f; // of a turn of the wheel
-const twbal::Build BUILD = {{2.70f, 3.2e-3f, 110.1f}, 0.0f, COUNTS, COUNTS, 0.5f, 0.01f, true};
+const twbal::Build BUILD = {{2.70f, 3.2e-3f, 110.1f}, 0.0f, COUNTS, COUNTS, 0.5f, 0.01f, true, 5.0f};
 
 const uint8_t IMU = 0x6B;
 const twbal::ImuRegister IMU_REGISTERS[] = {

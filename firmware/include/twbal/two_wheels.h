@@ -35,6 +35,7 @@ struct Build {
     float time_constant;  // of the attitude filter [s]
     float control_period; // [s]
     bool measures_battery;
+    float least_battery;  // lower readings are taken for it [V]: by a wrong divider, each duty would be too large
 };
 
 const uint16_t TWO_WHEELS_SENSORS = TWBAL_SENSORS_TILT | TWBAL_SENSORS_TILT_RATE | TWBAL_SENSORS_WHEEL_ANGLE
@@ -87,7 +88,8 @@ public:
             hardware_.set_duty(0.0f, 0.0f);
             return;
         }
-        const float battery = hardware_.battery();
+        const float told = hardware_.battery();
+        const float battery = told > 1.0f && told < build_.least_battery ? build_.least_battery : told;
         hardware_.set_duty(duty_of(given.left(), left_.rate(), unit, battery),
             duty_of(given.right(), right_.rate(), unit, battery));
     }
