@@ -11,6 +11,7 @@ from twbal.sysid.recording import (
     check_episodes,
     differenced_rates,
     read_recordings,
+    stuck_sensors,
     what_is_not_used,
 )
 from twbal.sysid.uneven_loop import UnevenLoop, uneven_sum
@@ -37,6 +38,13 @@ def test_it_takes_the_measured_channels_as_they_are(paper):
     np.testing.assert_array_equal(recording.measured, episode().observations[:, [1, 2, 4, 5]])
     np.testing.assert_array_equal(recording.commands, episode().commands)
     assert recording.usable.all()
+
+
+def test_a_sensor_that_was_off_in_one_of_several_recordings_is_told(paper):
+    recordings = read(paper, episode(), episode(channel=4, value=0.25))
+    (said,) = stuck_sensors(recordings)
+    assert said.startswith("WARNING: wheel_angle is 0.25 throughout run1, and changes in others.")
+    assert stuck_sensors(recordings[:1]) == []
 
 
 def test_a_recording_ends_where_the_robot_has_fallen(paper):

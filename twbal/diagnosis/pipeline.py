@@ -47,6 +47,7 @@ from twbal.sysid.recording import (
     are_of_several_runs,
     check_signals,
     read_recordings,
+    stuck_sensors,
     what_is_not_used,
 )
 
@@ -122,7 +123,7 @@ def diagnose_episodes(
     found, split, loss = without_lost_commands(search(split.fitted), split, search, progress)
     progress("rollouts in PyBullet against held-out data")
     diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found)
-    first = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
+    first = (IN_AIR,) if in_air else (*stuck_sensors(split.fitted), *on_falls(measured.episodes, diagnosis.verdict))
     diagnosis = replace(diagnosis, advice=(*first, *diagnosis.advice))
     if (comparison := found.comparison) is not None:
         for what, step in (

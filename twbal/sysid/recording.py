@@ -27,6 +27,7 @@ _ANGLES = [MEASURED.index("tilt"), MEASURED.index("wheel_angle")]
 _RATES = [MEASURED.index("tilt_rate"), MEASURED.index("wheel_rate")]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
 _YAW_MEAN = 3  # instants over which the yaw rate is averaged; more would blur how far apart the wheels are
+_ALIKE = 1e-9  # range of values that are all the same, in their unit
 _SOME = 0.2  # s of a recording that are worth a word
 _FEW = 10  # instants of which nothing is said
 _DIFFERENCED = (
@@ -348,6 +349,17 @@ def _check_clock(times: Array, name: str, period: float) -> None:
         )
 
 
+def stuck_sensors(recordings: Sequence[Recording]) -> list[str]:
+    """What does not change in some of several recordings, a sentence each: a plug may have been loose there."""
+    return [
+        f"WARNING: {channel} is {recording.measured[0, i]:.6g} throughout {recording.name}, and changes in others. "
+        "If its sensor was off, leave that recording out."
+        for recording in recordings
+        for i, channel in enumerate(MEASURED)
+        if recording.sensed[i] and np.ptp(recording.measured[:, i]) <= _ALIKE
+    ]
+
+
 def check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
     """Whether something can be learned from recordings.
 
@@ -363,13 +375,13 @@ def check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
     if (needs_tilt and not sensed[:2].any()) or not sensed[2:].any():
         raise DataError("Needed are a measured tilt or tilt rate, and wheels whose angle or rate is measured.")
     for i, channel in enumerate(MEASURED):
-        if sensed[i] and np.ptp(measured[:, i]) <= 1e-9:
+        if sensed[i] and np.ptp(measured[:, i]) <= _ALIKE:
             raise DataError(
                 f"Channel {channel} is {measured[0, i]:.6g} throughout {len(measured)} samples: its sensor was off, "
                 "or is not logged. `twbal import-log` works a rate out that was not measured."
             )
     commands = np.concatenate([recording.commands for recording in recordings])
-    if np.ptp(commands) <= 1e-9:
+    if np.ptp(commands) <= _ALIKE:
         raise DataError(
             f"The command is {commands[0]:.6g} N·m throughout {len(commands)} control periods; needed is one that "
             "varies. Record with twbal real-rollout experiment=excite."
