@@ -74,7 +74,7 @@ def connect(
     if cfg.link.get("on_board"):
         raise ConfigError(
             "link.on_board=true drives by whatever policy the board holds, and here nothing compares that with yours: "
-            "use twbal real-rollout policy.path=... link.on_board=true."
+            "use the command `twbal real-rollout` with it."
         )
     plant = built(cfg, "link")
     assert isinstance(plant, AbstractContextManager)

@@ -356,7 +356,7 @@ def stuck_sensors(recordings: Sequence[Recording]) -> list[str]:
         "If its sensor was off, leave that recording out."
         for recording in recordings
         for i, channel in enumerate(MEASURED)
-        if recording.sensed[i] and np.ptp(recording.measured[:, i]) <= _ALIKE
+        if len(recordings) > 1 and recording.sensed[i] and np.ptp(recording.measured[:, i]) <= _ALIKE
     ]
 
 
