@@ -237,7 +237,7 @@ def test_a_fault_of_the_policy_stops_the_robot():
     plant = Toy()
     episode = rollout(plant, Broken(), CHANNELS, 5, 0.5, PROVENANCE)
     assert (plant.stops, episode.outcome) == (1, Outcome.POLICY_FAULT)
-    assert "The policy ended with ZeroDivisionError: division by zero. State: [" in episode.events[-1].text
+    assert "The policy ended with the error ZeroDivisionError: division by zero, in state [" in episode.events[-1].text
 
 
 def test_leaving_a_plant_closes_it():

@@ -124,13 +124,14 @@ def _drive(
         if ending := record.shown_to(watch):
             record.end(*ending)
             return
-        state = record.for_policy.tolist()
         try:
             command = controller(record.for_policy)
         except Exception as error:  # of anybody's policy; what was driven so far is kept
-            record.end(Outcome.POLICY_FAULT, f"The policy ended with {type(error).__name__}: {error}. State: {state}.")
+            found, state = f"{type(error).__name__}: {error}", record.for_policy.tolist()
+            record.end(Outcome.POLICY_FAULT, f"The policy ended with the error {found}, in state {state}.")
             return
         if not _is_number(command):
+            state = record.for_policy.tolist()
             record.end(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )

@@ -45,8 +45,7 @@ def keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
     except DataError as error:  # must not hide what ended the episode
         kept = f"{error} {_samples(episode)} {_rescued(file, episode)}".removesuffix(".")
     if episode.outcome is Outcome.LINK_LOST:
-        run = f"hydra.run.dir={folder.parent}"
-        raise LinkLostError(f"{why} {kept}; the same command with {run} goes on from there.")
+        raise LinkLostError(f"{why} {kept}; the same command, with hydra.run.dir= of this run, goes on from there.")
     if episode.outcome is Outcome.POLICY_FAULT:
         raise DataError(f"{why} {MOTORS_OFF} {kept}. Make that policy anew, or choose another.")
     print(f"{MOTORS_OFF} {kept}")

@@ -48,7 +48,7 @@ def cut(value: float, bound: float) -> float:
 def is_settled(first: float, second: float, third: float, before: tuple[float, float, float]) -> bool:
     """Whether a round has changed the three impulses of a step so little that further rounds need not be taken.
 
-    So are impulses that are no numbers: of a robot whose prediction has diverged.
+    Impulses that are no numbers count as settled: the prediction has diverged.
     """
     changed = abs(first - before[0]) + abs(second - before[1]) + abs(third - before[2])
     return not changed > SETTLED * (abs(first) + abs(second) + abs(third))

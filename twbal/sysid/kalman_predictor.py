@@ -180,12 +180,13 @@ def _carry(missing: Array, decay: Array, summed: float) -> None:
 
 
 @kernel(is_inlined=True)
-def _compare(measured: Array, seen: Reading, missing: Array, error: Array) -> None:
-    """Write what is measured less what is predicted, with a model discrepancy, (4,)."""
+def _compare(measured: Array, seen: Reading, missing: Array, error: Array) -> bool:
+    """Write what is measured less what is predicted, with a model discrepancy, (4,); whether these are numbers."""
     error[0] = measured[0] - seen.tilt - missing[2]
     error[1] = measured[1] - seen.tilt_rate - missing[3] - missing[5]
     error[2] = measured[2] - seen.wheel_angle - missing[4]
     error[3] = measured[3] - seen.wheel_rate
+    return isfinite(error[0] + error[1] + error[2] + error[3])
 
 
 @kernel(is_inlined=True)
@@ -230,8 +231,7 @@ def run_predictor(
             speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
             six components, as of `NoiseModel`.
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
-        decay: (6,) of the discrepancy in a period; empty without one.
-        summed: as of `LinearPlanarModel` [s].
+        decay: (6,) of the discrepancy in a period; empty without one. summed: as of `LinearPlanarModel` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant; NaN from where it diverges.
         states: (T + 1, 19), written: `PlanarState` after the correction, and as of `STATE_COLUMNS`; likewise.
     """
@@ -260,8 +260,7 @@ def run_predictor(
                 s = _push(s, k, missing, pushes, facing, imu, now, substeps, late)
                 _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead, time)
-            _compare(measured[n], seen, missing, error)
-            if rarely(not isfinite(error[0] + error[1] + error[2] + error[3])):
+            if rarely(not _compare(measured[n], seen, missing, error)):
                 errors[n:, :] = states[n:, :] = nan
                 return
             instant = min(n, len(gains) - 1)
