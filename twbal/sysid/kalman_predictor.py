@@ -224,9 +224,8 @@ def run_predictor(
 
     Args:
         p: the planar model. commands: (T,); measured: (T + 1, 4); yaw_rate: (T + 1,), as of `Recording`.
-        period: control period [s].
+        period: control period [s]. substeps: physics steps of one. lead: as of `read_sensors`.
         instants: (T + 1,) of an uneven loop [s], as of `hold`: each of its periods is integrated over its own length.
-        substeps: physics steps of a control period. lead: as of `read_sensors`.
         gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
             speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
             six components, as of `NoiseModel`.
