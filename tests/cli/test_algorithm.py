@@ -41,10 +41,10 @@ class NotingChain:
 class NotedSteps(StageSteps):
     """Stages that are not run, with episodes and gaps as they are asked for."""
 
-    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking, waits, kept):
+    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking, waits, kept, failing):
         super().__init__(chain, cfg, KeptRobots())
         self.robot_waits = waits
-        self._rocking, self._kept = rocking, kept
+        self._rocking, self._kept, self._failing = rocking, kept, failing
         self._solved, self._samples, self._useless, self._likeliest = solved, samples, useless, likeliest
 
     def was_driven(self, place):
@@ -64,6 +64,11 @@ class NotedSteps(StageSteps):
         (dynamics,) = (call.overrides["dynamics"] for call in self._chain.calls if call.folder == place)
         likeliest = min(self._likeliest, len(dynamics) - 1)
         return FittedDifference(place / MODEL, likeliest, evidences(len(dynamics), likeliest))
+
+    def diagnose(self, place, rollouts):
+        if self._failing is not None:
+            raise self._failing
+        return super().diagnose(place, rollouts)
 
     def closed(self, diagnosis):
         return 0.0 if str(diagnosis) in self._useless else 0.9
@@ -103,6 +108,7 @@ def learn(
     rocking=(),
     waits=False,
     kept=None,
+    failing=None,
     **changed,
 ):
     """The calls of a run and what it learned.
@@ -117,6 +123,7 @@ def learn(
         likeliest: index of the base under which real rollouts are likeliest.
         waits: whether the robot waits for its host.
         kept: the earlier policy that a search came to, by the search's folder, where it found nothing better.
+        failing: the error that a diagnosis ends with.
         changed: settings.
     """
     cfg = deepcopy(composed(f"robust={robust}", *words))
@@ -138,7 +145,7 @@ def learn(
     )
     chain = NotingChain()
     steps = NotedSteps(
-        chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking, waits, kept or {}
+        chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking, waits, kept or {}, failing
     )
     result = Algorithm(steps, settings, typed(RolloutSettings, section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
@@ -532,6 +539,17 @@ def test_a_diagnosis_that_leaves_the_gap_changes_nothing():
         Path("simulation/1_model/model.pt"),
         Path("iteration_2/sim_model/model.pt"),
     ]
+
+
+@pytest.mark.parametrize(
+    "error", [DataError("diverges"), FloatingPointError("overflow"), ValueError("array must not contain infs or NaNs")]
+)
+def test_of_rollouts_that_a_diagnosis_fails_on_g_is_learned_alone(error, capsys):
+    calls, learning = learn(diagnose=True, failing=error)
+    alone, _ = learn()
+    assert calls == alone
+    assert learning.policies[1].diagnosis is DiagnosisOutcome.NOT_MADE
+    assert f"no diagnosis: {error}" in "".join(capsys.readouterr())
 
 
 def test_a_policy_that_is_only_confirmed_needs_no_diagnosis():

@@ -213,6 +213,27 @@ def test_effects_are_searched_until_the_same_are_found(sets, searches, make, con
     np.testing.assert_array_equal(found.split.fitted[0].commands, searched[-1][0].commands)
 
 
+@pytest.mark.parametrize("good", [0, 1])
+def test_a_search_that_fails_loses_nothing_that_was_found_before(good, make, conf, monkeypatch):  # noqa: F811
+    sheet = conf("robot/paper")
+    data, model = asked([driven(make("paper", start=0.02), sheet, 0.0, periods=400)[0]], sheet)
+    split = Split(tuple(data.recordings), tuple(data.recordings), ("log",), are_ends=False)
+    first, *following = (findings_of(data, model, name) for name in ("a", *"bc"[:good]))
+    told_in_turn(monkeypatch, data.recordings[0], *np.linspace(0.05, 0.08, 4).tolist())
+    later, said = iter(following), []
+
+    def search(recordings):
+        if (found := next(later, None)) is None:
+            raise ValueError("array must not contain infs or NaNs")
+        return found
+
+    found = commands_that_acted.without_lost_commands(first, split, search, said.append)
+    assert found.findings is first
+    assert found.split is split
+    assert found.loss is None
+    assert "array must not contain infs" in said[-1]
+
+
 def test_of_held_out_data_only_what_is_not_known_is_asked(make, conf):  # noqa: F811
     sheet = conf("robot/paper")
     log, lost = driven(make("paper", start=0.02, sensors={"noise": NOISE}), sheet, 0.1)

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.errors import ConfigError
 from twbal.diagnosis import name as naming
+from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
@@ -120,6 +122,20 @@ def test_what_settings_leave_out_is_said_where_nothing_explains_the_data(paper):
     found = name_effects([recording], paper, {}, few, settings)
     assert found.verdict is Verdict.UNKNOWN
     assert "Not weighed, as the settings leave them out (diagnosis.exclude): com offset, motor lag." in found.advice
+
+
+@pytest.mark.parametrize(
+    ("bic", "at_bound", "is_worth_it"), [(-50.0, (), True), (float("inf"), (), False), (-50.0, ("torque",), False)]
+)
+def test_after_unknown_a_part_that_diverges_or_runs_to_a_bound_is_no_guess(bic, at_bound, is_worth_it, monkeypatch):
+    sure, doubtful = (Candidate(name, (), (), (), "") for name in ("sure", "doubtful"))
+    chosen = SimpleNamespace(effects=(sure, doubtful), at_bound=(), bic=-60.0)
+    part = SimpleNamespace(effects=(sure,), at_bound=at_bound, bic=bic)
+    monkeypatch.setattr(naming, "negligible", lambda *given: ())
+    monkeypatch.setattr(naming, "without", lambda problem, whole, gone: part if gone is doubtful else whole)
+    effects = [SimpleNamespace(name=n, probability=p) for n, p in (("sure", 0.9), ("doubtful", 0.2))]
+    guess = naming._guess(SimpleNamespace(settings=SETTINGS), chosen, effects, [])
+    assert guess is (part if is_worth_it else None)
 
 
 def test_gears_with_an_efficiency_are_weighed_where_that_is_asked_for(paper):
