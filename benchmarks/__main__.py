@@ -7,14 +7,15 @@ hidden robots go on in outputs/bench where they were. Hidden effects are apart: 
 import subprocess
 import sys
 
+from benchmarks.hidden_robots.families import FAMILIES
+
 BESIDE = ("pilco", "lqr", "lqr_integral", "lqr_identified")
 COMMANDS = (
     ("benchmarks.running",),
     ("benchmarks.moment_matching",),
     ("benchmarks.validation",),
     ("benchmarks.fitting",),
-    *(("benchmarks.hidden_robots", f"family={family}") for family in ("hard", "moderate")),
-    *(("benchmarks.hidden_robots", f"family={family}", "robots=10") for family in ("regbot", "balboa", "esp32")),
+    *(("benchmarks.hidden_robots", f"family={family}") for family in FAMILIES),
     *(("benchmarks.hidden_robots", "family=moderate", f"recipe={recipe}") for recipe in BESIDE),
     ("benchmarks.driving",),
     ("benchmarks.robustness",),

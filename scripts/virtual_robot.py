@@ -30,17 +30,18 @@ class Section(NamedTuple):
 
 HEAD = """# The virtual robot
 
-`twbal virtual-robot` is a robot in MuJoCo behind a serial port. It is the truth that methods are tested on, so it
-shares nothing with what learns to drive it: it imports neither the simulation nor the planar model, the effects, the
-models, the search or the diagnosis (`tests/test_architecture.py`), and its forms are its own. It is drawn from
-`faults=none`, `light`, `moderate` or `hard` (the default) by its seed; the same seed is the same robot, and the same
-seed and trial the same rollout, to the byte.
+`twbal virtual-robot` is a robot in MuJoCo behind a serial port. It stands for the real robot in tests, so it shares
+nothing with what learns to drive it: it imports neither the simulation nor the planar model, the effects, the models,
+the search or the diagnosis (`tests/test_architecture.py`), and has its own equations. `faults=none`, `light`,
+`moderate` or `hard` (the default) chooses the ranges, and the seed draws one robot from them. The same seed is the same
+robot, and the same seed and trial give the same rollout, to the byte.
 
 `none` is the data sheet with ideal sensors. `moderate` stays within a quarter of the data sheet, with 5-25 ms from
-command to what is seen of it. `hard` draws from the outer {outer:g} of each range at either end. Torques are those of a
-robot whose limit is {reference:g} N·m, and scale with the limit of another. The comments of `conf/groups/faults.yaml`
-say where the ranges are taken from. This page is written by `scripts/virtual_robot.py`; `tests/virtual_robot/` checks
-each equation.
+command to what is seen of it. `hard` draws each value from the lowest or the highest {outer:.0%} of its range.
+
+Torques are those of a robot whose limit is {reference:g} N·m, and scale with the limit of another. The comments of
+`conf/groups/faults.yaml` say where the ranges are taken from. This page is written by `scripts/virtual_robot.py`;
+`tests/virtual_robot/` checks each equation.
 """
 
 SECTIONS = (

@@ -1,6 +1,8 @@
 """Algorithm 1 on hidden robots of a family, and beside it other recipes on the same ones.
 
-    python -m benchmarks.hidden_robots family=hard [robots=20] [first_seed=100] [updates=6] [recipe=default] [workers=2]
+    python -m benchmarks.hidden_robots family=hard [robots=20] [first_seed=781] [updates=6] [recipe=default] [workers=2]
+
+`robots` and `first_seed` are those of the docs' tables if not given; the README's table has first_seed=810.
 
 (1) The reference search tells what is reachable at all (`reference.py`); robots where it finds nothing are listed and
 not learned. Consecutive seeds are taken until there are `robots` that are reachable. (2) `twbal iterate` learns each,
@@ -43,8 +45,8 @@ ROOT = Path("outputs/bench/hidden_robots")
 RESULTS = Path("benchmarks/results")
 DEFAULTS = {
     "family": "",
-    "robots": "20",
-    "first_seed": "100",
+    "robots": "",
+    "first_seed": "",
     "updates": "6",
     "recipe": "default",
     "workers": "2",
@@ -168,8 +170,9 @@ def main(words: Sequence[str]) -> None:
     family, recipe = settings["family"], settings["recipe"]
     if family not in FAMILIES or recipe not in RECIPES:
         raise SystemExit(f"family is one of {', '.join(FAMILIES)}, recipe one of {', '.join(RECIPES)}.")
-    first, updates = int(settings["first_seed"]), int(settings["updates"])
-    chosen, unreachable = reachable(References(family), first, int(settings["robots"]))
+    first = int(settings["first_seed"] or FAMILIES[family].first_seed)
+    robots, updates = int(settings["robots"] or FAMILIES[family].robots), int(settings["updates"])
+    chosen, unreachable = reachable(References(family), first, robots)
     bench, lock, done = Bench(family, recipe, updates), threading.Lock(), dict[int, Any]()
     target = RESULTS / f"hidden_robots_{family}{'' if recipe == 'default' else f'_{recipe}'}.json"
     head = {"family": family, "recipe": recipe, "first_seed": first, "updates": updates, "unreachable": unreachable}
@@ -178,8 +181,8 @@ def main(words: Sequence[str]) -> None:
         found = bench.learn(seed, chosen[seed])
         with lock:
             done[seed] = found
-            robots = [done[each] for each in sorted(done)]
-            write_atomically(target, json.dumps({**head, "robots": robots}, indent=1) + "\n")
+            learned = [done[each] for each in sorted(done)]
+            write_atomically(target, json.dumps({**head, "robots": learned}, indent=1) + "\n")
             by_update = [successes(each, "default") for each in found["iterations"] if each["trials"]]
             print(f"{family} {seed}: {by_update} successes by update", flush=True)
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.hidden_robots import pushes, reference
-from benchmarks.hidden_robots.families import Family
+from benchmarks.hidden_robots.families import FAMILIES, Family
 from benchmarks.hidden_robots.linear_truth import POSITION, SPEED, TILT, linear_truth, sample
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.reference import TRIALS, Reached, designs, drive, is_sticky, search
@@ -20,12 +20,12 @@ from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
 @pytest.fixture(scope="module", params=["none", "moderate"])
 def shop(request):
-    return Workshop(Family("paper", request.param))
+    return Workshop(Family("paper", request.param, 0, 0))
 
 
 @pytest.fixture
 def moderate():
-    return Workshop(Family("paper", "moderate"))
+    return Workshop(FAMILIES["moderate"])
 
 
 @pytest.mark.slow
@@ -74,7 +74,7 @@ def test_a_robot_sticks_from_a_quarter_of_its_limit_on(moderate):
 @pytest.mark.parametrize("delay", [0.0, 0.013, 0.045])
 def test_the_sampled_model_moves_as_the_robot_without_dry_friction_does(delay):
     """From near its balance point on a slope, under torques that change from step to step."""
-    shop = Workshop(Family("paper", "moderate"))
+    shop = Workshop(FAMILIES["moderate"])
     ideal, moderate = shop.ideal(), shop.truth(5)
     truth = replace(
         ideal,

@@ -280,6 +280,7 @@ TABLE: Mapping[str, How] = {
     "pip freeze": Elsewhere(None, "pip's own"),
     # docs
     "python -m benchmarks.hidden_robots family=hard": Benchmark(),
+    "python -m benchmarks.hidden_robots family=hard first_seed=810": Benchmark(),
     "python -m benchmarks.hidden_robots family=hard recipe=identified": Benchmark(),
     "python -m benchmarks.hidden_robots.reached": Benchmark(),
     "python -m benchmarks.hidden_robots.ahead": Benchmark(),

@@ -17,12 +17,16 @@ choice of the group `effect`. To put one into the simulation, with a value of yo
 twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5
 ```
 
-`twbal diagnose` weighs all but four of them: the noise of the sensors it finds in any case, lost commands, unequal
-motors and a walking bias of the gyro in steps of their own. One it weighs only where it is asked to. In the tables,
-*range* is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m, 20 ms and 12 kg, and
-grows with the robot's torque limit, control period or mass. *Default* is the value of an effect that is put into a
-simulation, and *no effect* the one at which it does nothing. [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an
-effect of your own. `python scripts/effects.py` writes this page from the definitions.
+`twbal diagnose` searches for all but four of them. It always estimates the noise of the sensors. Lost commands, unequal
+motors and a walking bias of the gyro are found in separate steps. One effect is searched for only where
+`diagnosis.include` names it.
+
+In the tables, *range* is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m, 20 ms and
+12 kg, and grows with the robot's torque limit, control period or mass. *Default* is the value of an effect that is put
+into a simulation, and *no effect* the values at which the whole effect does nothing.
+
+[CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own. `python scripts/effects.py` writes this
+page from the definitions.
 """
 
 
@@ -50,7 +54,7 @@ def _comparison(kind: type[Effect]) -> Iterator[str]:
     if others:
         yield f"Nearly indistinguishable from {_listed(others)}."
     if kind.weighed_if_asked:
-        yield f"A diagnosis weighs it where `diagnosis.include=[{effect_name(kind)}]` asks for it."
+        yield f"A diagnosis searches for it where `diagnosis.include=[{effect_name(kind)}]` asks for it."
     if is_planar(kind) or kind.diagnosed_separately:
         yield f"How to tell: {kind.separate_by}"
     yield f"Reference: {kind.reference}"

@@ -25,12 +25,15 @@ class TiltFilter(SensorEffect):
 
     Such a filter adds up the gyro once a control period T, and corrects the sum by the direction in which the
     accelerometer sees gravity. When the robot speeds up by a, that direction is wrong by arctan(a/g). So the measured
-    tilt is off by e, with e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles runs ahead of the tilt by T/2;
-    an accelerometer at the height h above the axle feels h·θ'' as well, which takes rate·h/g from that. So `lead` tells
-    its height, within four radii of the wheels, and with it the direction where motions are fast. A torque that comes
-    late bends the tilt rate within a period, which a sum does not see: that is a further part of e. A torque on time
-    does the same where the readings are late (`imu_delay`), which the planar model alone knows of. What a biased or
-    scaled gyro shows beyond θ' is a part of e, too. It acts on the measured tilt.
+    tilt is off by e, with e' = -rate·(arctan(a/g) + e) + lead·θ''. It acts on the measured tilt.
+
+    `lead` has two causes. A sum of rectangles runs ahead of the tilt by T/2. An accelerometer at the height h above the
+    axle feels h·θ'' as well, which takes rate·h/g from that. So `lead` tells its height, within four radii of the
+    wheels, and with it the direction where motions are fast.
+
+    Two more things are a part of e. A torque that comes late changes the tilt rate within a period, which a sum does
+    not see. (A torque on time does the same where the readings are late, by `imu_delay`; the planar model alone knows
+    of that.) And a biased or scaled gyro shows more than θ'.
     """
 
     rate: float = parameter(

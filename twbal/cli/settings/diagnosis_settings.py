@@ -52,7 +52,11 @@ DIAGNOSIS = (
     Setting("diagnosis.max_effects", Whole(1, 100), "number of effects that are named, at most", common=True),
     Setting("diagnosis.tempered_search", YesNo(), "two other searches where a doubt is left"),
     Setting("diagnosis.prior", Number(1e-6, 0.999999), "probability of an effect before anything was recorded"),
-    Setting("diagnosis.temperature", Number(0.001, 1e6), "factor on gains by chance, for the least scores"),
+    Setting(
+        "diagnosis.temperature",
+        Number(0.001, 1e6),
+        "factor on the gains that chance makes; the least scores follow from it",
+    ),
     Setting("diagnosis.least_temperature", Number(0.001, 1e6), "least temperature of the probabilities"),
     Setting("diagnosis.misfit_share", Number(0.0, 1.0), "share of the best set's gain that is their temperature"),
     Setting("diagnosis.blocks", Whole(2, 100_000), "blocks of the data, for intervals"),

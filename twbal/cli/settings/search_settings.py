@@ -47,7 +47,7 @@ SEARCH = (
     Setting("search.short_horizon", _HORIZON, "horizon of the first part of each search"),
     Setting("search.iterations", _ITERATIONS, "L-BFGS iterations over the horizon, at most"),
     Setting("search.short_iterations", _ITERATIONS, "L-BFGS iterations over the short horizon, at most"),
-    Setting("search.restarts", Whole(0, 1000), "how many starts are searched; 0 only judges"),
+    Setting("search.restarts", Whole(0, 1000), "how many starts are searched; 0 only ranks earlier policies"),
     Setting("search.long_horizon", _HORIZON, "horizon where policies drift off"),
     Setting("search.long_iterations", Whole(0, 100_000), "L-BFGS iterations over the long horizon, at most"),
     Setting("search.min_success_rate", Number(0.0, 1.0), "share of the sampled robots that must balance"),
@@ -97,8 +97,8 @@ ROBUST = (
     Setting("robust.improved", Whole(0, 1000), "regulators that are improved by direct search"),
     Setting("robust.evaluations", Whole(1, 100_000), "evaluations of each direct search, at most"),
     Setting("robust.improving", Whole(1, 100_000), "sampled robots on which they are improved"),
-    Setting("robust.enough", Number(0.0, 4.0), "mean share of the limits that robots use at which none is improved"),
-    Setting("robust.doubt", Number(0.0, 100.0), "factor on the sd of what is known"),
+    Setting("robust.enough", Number(0.0, 4.0), "mean share of the limits in use up to which none is improved"),
+    Setting("robust.doubt", Number(0.0, 100.0), "factor on the standard deviations of the parameter distribution"),
     Setting("robust.margin.doubt", Number(0.0, 100.0), "sd added to their parameters, as a share of the sheet's"),
     Setting(
         "robust.margin.delay", Number(0.0, 10.0, CONTROL_PERIODS), "time by which their commands are later, at most"
@@ -106,7 +106,7 @@ ROBUST = (
     Setting("robust.margin.noise", Number(0.0, 100.0), "factor on the noise of their sensors"),
     Setting("robust.margin.push", Number(0.0, 100.0, "N·s/kg"), "impulse on every other of them, at the start"),
     Setting("robust.margin.push_duration", Number(0.001, 2.0, "s"), "length of that push"),
-    Setting("robust.reliability_sheet", _RELIABILITY, "correction of probabilities of success by the sheet alone"),
+    Setting("robust.reliability_sheet", _RELIABILITY, "[a, b] of the correction before the robot was driven"),
     Setting("robust.reliability_rollouts", _RELIABILITY, "the same where rollouts tell of the robot"),
 )
 

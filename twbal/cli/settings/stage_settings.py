@@ -57,7 +57,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("residual_on", OrNull(PATH), "policy.pt of lqr that stays beneath; null: none"),
         Setting("known", OrNull(PATH), "run folder of identify; null: the robot by its sheet"),
         Setting("calibration_episodes", PATHS_OR_NONE, "real rollouts of the one policy in `initial_policies`"),
-        Setting("optimise", YesNo(), "false: only judges the policies in `initial_policies`"),
+        Setting("optimise", YesNo(), "false: only ranks the policies in `initial_policies`"),
         Setting("with_margin", YesNo(), "search for robots that changed, too"),
         Setting("set_aside", ListOf(Whole(0, 1000), 0, 1000), "numbers of `initial_policies` that are no candidates"),
         Setting("workers", _WORKERS, "threads; 0: one a core"),

@@ -12,7 +12,7 @@ STEERING = (
     Setting("steering.turn", _SHARE, "yaw rate while a key asks for a turn, per limit", common=True),
     Setting("steering.input_timeout", Number(0.05, 60.0, "s"), "time without a key before the reference ramps to rest"),
     Setting("steering.stick_timeout", Number(0.05, 60.0, "s"), "time without an event of the gamepad before it does"),
-    Setting("steering.hold", YesNo(), "the asked speed stays where no key comes", common=True),
+    Setting("steering.hold", YesNo(), "keeps the asked speed when no key is pressed", common=True),
     *(row._replace(key=row.key.replace("course", "steering", 1)) for row in COURSE if row.key not in _NOT_STEERED),
     Setting("gamepad.speed_axis", _BUTTON, "axis for the speed"),
     Setting("gamepad.turn_axis", _BUTTON, "axis for turns"),
