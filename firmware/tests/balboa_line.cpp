@@ -1,9 +1,9 @@
 // The Balboa's board file on this computer, with USB that holds as much as Arduino's: two packets of 64 bytes, of which
-// the host fetches one each millisecond. Prints what the robot sends, as hexadecimal digits, and how often a write had to
-// wait for the host.
+// the host fetches one each millisecond. Prints what the robot sends, as hexadecimal digits; how often a write had to wait
+// for the host; and the largest share of the battery's voltage that a motor gets, of 400.
 //
 //     balboa_line <ms that it lasts> <1: the host reads, 0: it does not> <frames of the host, 5 ms apart, as hexadecimal>
-//                 [<register of the IMU> <writes to it that are lost>]
+//                 [<register of the IMU> <writes to it that are lost> [<specific force along its x> <along its z>]]
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -59,7 +59,21 @@ bool SerialStub::dtr() { return true; }
 void SerialStub::begin(unsigned long) {}
 SerialStub Serial;
 
-void Balboa32U4Motors::setSpeeds(int16_t, int16_t) {}
+// As Pololu's library: beyond its most, which is 300 until turbo is allowed, a speed is cut.
+namespace {
+int most_speed = 300, most_given = 0;
+}
+void Balboa32U4Motors::allowTurbo(bool turbo) { most_speed = turbo ? 400 : 300; }
+void Balboa32U4Motors::flipLeftMotor(bool) {}
+void Balboa32U4Motors::flipRightMotor(bool) {}
+void Balboa32U4Motors::setSpeeds(int16_t left, int16_t right)
+{
+    const int both[] = {abs(left), abs(right)};
+    for (int asked : both) {
+        const int given = asked > most_speed ? most_speed : asked;
+        most_given = given > most_given ? given : most_given;
+    }
+}
 int16_t Balboa32U4Encoders::getCountsAndResetLeft() { return 0; }
 int16_t Balboa32U4Encoders::getCountsAndResetRight() { return 0; }
 uint16_t readBatteryMillivolts() { return 7200; }
@@ -68,12 +82,16 @@ void wdt_reset() {}
 
 int main(int count, char** words)
 {
-    if (count != 4 && count != 6) {
+    if (count != 4 && count != 6 && count != 8) {
         return 2;
     }
-    if (count == 6) {
+    if (count >= 6) {
         fake_imu.loses = static_cast<uint8_t>(atoi(words[4]));
         fake_imu.lost = atol(words[5]);
+    }
+    if (count == 8) {
+        fake_imu.measured[3] = static_cast<uint16_t>(atoi(words[6]));
+        fake_imu.measured[5] = static_cast<uint16_t>(atoi(words[7]));
     }
     const int lasts = atoi(words[1]);
     const bool host_reads = atoi(words[2]) != 0;
@@ -91,6 +109,6 @@ int main(int count, char** words)
         }
         hand_over();
     }
-    printf("\n%u\n", waited);
+    printf("\n%u\n%d\n", waited, most_given);
     return 0;
 }

@@ -12,6 +12,8 @@ struct FakeImu {
     int place = -1;    // that was said last; -1: none yet
     int reading = 0;
     bool is_register = false; // what is read is a register, and not a measurement
+    int read = 0;             // bytes of the measurement that is read
+    uint16_t measured[6] = {}; // in the order of the IMU's registers, the low byte first; but for the last digit
 };
 static FakeImu fake_imu;
 
@@ -36,9 +38,17 @@ uint8_t WireStub::requestFrom(uint8_t, uint8_t count)
 {
     fake_imu.is_register = count == 1;
     ++fake_imu.reading;
+    fake_imu.read = 0;
     return count;
 }
-int WireStub::read() { return fake_imu.is_register ? fake_imu.registers[fake_imu.place] : fake_imu.reading & 1; }
+int WireStub::read()
+{
+    if (fake_imu.is_register) {
+        return fake_imu.registers[fake_imu.place];
+    }
+    const int at = fake_imu.read++ % 12, value = fake_imu.measured[at / 2];
+    return at % 2 == 0 ? (value & 0xFF) ^ (fake_imu.reading & 1) : value >> 8;
+}
 WireStub Wire;
 
 #endif

@@ -156,7 +156,7 @@ struct Bench {
 
 static void body()
 {
-    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f};
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f, 24.0f};
     const twbal::WheelCommands none = {0.0f, 0.0f};
     Bench bench;
     twbal::TwoWheels<Bench> wheels(bench, build);
@@ -216,7 +216,7 @@ static void body()
 // A body that turns at 2 rad/s for 0.3 s while the IMU answers only each `every`th time: the tilt that it says.
 static float turned(int every)
 {
-    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f};
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f, 24.0f};
     Bench bench;
     twbal::TwoWheels<Bench> wheels(bench, build);
     for (int k = 0; k < 100; ++k) {
@@ -274,7 +274,7 @@ static void wheel_in_a_hand()
     for (float count : counts) {
         for (float gear : gears) {
             for (float dead : dead_duties) {
-                const twbal::Build believed = {{7.0f, 0.0098f, gear}, dead, count, count, 0.5f, 0.01f, true, 0.0f};
+                const twbal::Build believed = {{7.0f, 0.0098f, gear}, dead, count, count, 0.5f, 0.01f, true, 0.0f, 24.0f};
                 check(let_go(believed, 0.0f) == 0.0f, "a command of 0 drives no wheel");
                 const float volts = 11.1f, turn = 6.2831853f, brakes[] = {-1e-6f, -0.1f, -0.5f, -2.0f};
                 for (float brake : brakes) {
@@ -298,7 +298,7 @@ static void wheel_in_a_hand()
 // The duty below which a motor does not turn is added to torques, in their direction, and not to voltages.
 static void dead_duty()
 {
-    const twbal::Build plain = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, 660.0f, 0.5f, 0.01f, true, 0.0f};
+    const twbal::Build plain = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, 660.0f, 0.5f, 0.01f, true, 0.0f, 24.0f};
     twbal::Build dead = plain;
     dead.dead_duty = 0.2f;
     Bench bench, same;
@@ -319,6 +319,29 @@ static void dead_duty()
     bench.volts = NAN;
     with.drive(twbal::WheelCommands{0.4f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
     check(bench.left_duty == 0.0f, "the same of the battery");
+}
+
+// A motor that is made for less than the battery's voltage gets no more than its own, whatever drives it.
+static void motor_voltage()
+{
+    twbal::Build weak = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, 660.0f, 0.5f, 0.01f, true, 0.0f, 6.0f};
+    const float most = 6.0f / 12.6f, dead_duties[] = {0.0f, 0.3f};
+    for (float dead : dead_duties) {
+        weak.dead_duty = dead;
+        Bench bench;
+        bench.volts = 12.6f;
+        twbal::TwoWheels<Bench> wheels(bench, weak);
+        wheels.drive(twbal::WheelCommands{4.0f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+        check(near(bench.left_duty, most, 1e-6f), "a torque ends at the motor's voltage");
+        wheels.drive(twbal::WheelCommands{-4.0f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+        check(near(bench.left_duty, -most, 1e-6f), "backward, too");
+        wheels.drive(twbal::WheelCommands{24.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
+        check(near(bench.left_duty, most, 1e-6f), "and a voltage");
+        bench.left = bench.right = 66; // it rolls at 10 turns/s, by a push: a back-EMF of 18.8 V
+        wheels.sense(twbal::WheelCommands{0.0f, 0.0f}, TWBAL_DRIVE_TORQUE, 0.01f);
+        wheels.drive(twbal::WheelCommands{0.06f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+        check(bench.left_duty <= most + 1e-6f, "and what the back-EMF asks for");
+    }
 }
 
 template <class Message>
@@ -451,6 +474,7 @@ int main()
     unread();
     wheel_in_a_hand();
     dead_duty();
+    motor_voltage();
     watchdog();
     part_of_a_period();
     late_looks();

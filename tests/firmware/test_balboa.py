@@ -1,5 +1,6 @@
 """The Balboa's board file, whose line is USB: packets of 64 bytes, less than a frame of telemetry."""
 
+import math
 import subprocess
 
 import pytest
@@ -11,20 +12,26 @@ from twbal.link.protocol import Arm, Command, Fault, Hello, Status, Stop, Teleme
 pytestmark = needs_compiler
 
 
-def talk(milliseconds, *messages, host_reads=True, lost=()):
-    """What the robot says to messages 5 ms apart, and how often it had to wait for the host to take it.
+def run(milliseconds, *messages, host_reads=True, lost=(), force=()):
+    """What the robot says to messages 5 ms apart, how often it waited for the host, and the largest duty of a motor.
 
     Args:
         host_reads: whether the host takes what the robot says.
         lost: a register of the IMU, and how many writes to it are lost.
+        force: specific force along x and z of the IMU, as it counts.
     """
     program = build_folder() / "balboa_line"
     make(str(program))
     frames = " ".join(to_wire(message).hex() for message in messages)
-    words = [program, str(milliseconds), str(int(host_reads)), frames, *map(str, lost)]
+    words = [program, str(milliseconds), str(int(host_reads)), frames, *map(str, lost or (force and (0, 0))), *map(str, force)]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
-    said, waited = done.stdout.splitlines()
-    return Decoder().feed(bytes.fromhex(said)), int(waited)
+    said, waited, speed = done.stdout.splitlines()
+    return Decoder().feed(bytes.fromhex(said)), int(waited), int(speed) / 400
+
+
+def talk(milliseconds, *messages, **given):
+    """What the robot says, and how often it waited; see `run`."""
+    return run(milliseconds, *messages, **given)[:2]
 
 
 def test_each_period_of_an_armed_robot_is_telemetry_that_arrives_whole():
@@ -57,3 +64,19 @@ def test_a_robot_whose_imu_is_not_set_up_is_not_armed(register):
     assert isinstance(fault, Fault) and fault.text == "the sensors do not answer"
     (_, armed, *_), _ = talk(100, Hello(1), Arm(2, 0), lost=(register, 2))
     assert isinstance(armed, Telemetry) and armed.status & Status.ARMED
+
+
+def test_a_motor_gets_all_of_the_voltage_that_telemetry_says():
+    torque, commands = 1.8, [Command(number, 1.8) for number in range(3, 33)]
+    (_, *seen), _, duty = run(200, Hello(1), Arm(2, 0), *commands)
+    assert seen[-1].applied == pytest.approx(torque)
+    assert not any(each.status & Status.LIMITED for each in seen)
+    assert duty == pytest.approx(0.5 * torque * 2.70 / (110.1 * 3.2e-3) / 7.2, abs=0.005)  # at a standstill
+
+
+@pytest.mark.parametrize("lean", [0.4, -0.4])
+def test_a_lean_forward_is_positive_as_pololus_example_has_it(lean):
+    """Its Balancer has angle = atan2(a.z, a.x), and drives forward at a positive one."""
+    force = [round(8192 * part) & 0xFFFF for part in (math.cos(lean), math.sin(lean))]
+    (_, *seen), _ = talk(300, Hello(1), Arm(2, 0), *[Command(n, 0.0) for n in range(3, 43)], force=force)
+    assert seen[-1].tilt == pytest.approx(lean, abs=0.01)

@@ -26,7 +26,13 @@ static_assert(twbal::policy_is_of_period(CONTROL_PERIOD_US), "the policy on boar
 const float TORQUE_LIMIT = 1.99f, DIFFERENCE_LIMIT = 0.5f, TILT_LIMIT = 1.0f;
 const float MOTOR_VOLTAGE_LIMIT = 7.2f;
 const float COUNTS = 12.0f * 110.1f; // of a turn of the wheel
-const twbal::Build BUILD = {{2.70f, 3.2e-3f, 110.1f}, 0.0f, COUNTS, COUNTS, 0.5f, 0.01f, true, 5.0f};
+const float LEFT_COUNTS = COUNTS, RIGHT_COUNTS = COUNTS; // negative where the count falls as the wheel rolls forward
+const bool LEFT_REVERSED = false, RIGHT_REVERSED = false; // motors that are not wired in Pololu's way
+// On the upright Balboa x of its IMU points up, y to the left and z backward, by the signs of Pololu's example Balancer.
+// They were not seen on a robot: see the first check of docs/firmware.md.
+const float FORWARD_SIGN = -1.0f, LEFT_SIGN = 1.0f, UP_SIGN = 1.0f;
+const twbal::Build BUILD = {{2.70f, 3.2e-3f, 110.1f}, 0.0f, LEFT_COUNTS, RIGHT_COUNTS, 0.5f, 0.01f, true, 5.0f,
+    MOTOR_VOLTAGE_LIMIT};
 
 const uint8_t IMU = 0x6B;
 const twbal::ImuRegister IMU_REGISTERS[] = {
@@ -43,6 +49,9 @@ public:
         Wire.begin();
         Wire.setClock(400000);
         Wire.setWireTimeout(3000, true); // us; a bus that hangs must not hold the loop
+        Balboa32U4Motors::allowTurbo(true); // else its library cuts each duty to 0.75
+        Balboa32U4Motors::flipLeftMotor(LEFT_REVERSED);
+        Balboa32U4Motors::flipRightMotor(RIGHT_REVERSED);
     }
 
     // False, also, until the IMU is set up; and it is set up anew where it did not answer, as it may have started anew.
@@ -63,12 +72,10 @@ public:
             const int low = Wire.read();
             value = static_cast<int16_t>((Wire.read() << 8) | low);
         }
-        // On the upright Balboa x is vertical and z points along its way. The signs were not seen on a robot: see the
-        // first check of docs/firmware.md.
-        seen.forward = static_cast<float>(raw[5]);
-        seen.up = static_cast<float>(raw[3]);
-        seen.pitch_rate = -GYRO_UNIT * static_cast<float>(raw[1]);
-        seen.yaw_rate = GYRO_UNIT * static_cast<float>(raw[0]);
+        seen.forward = FORWARD_SIGN * static_cast<float>(raw[5]);
+        seen.up = UP_SIGN * static_cast<float>(raw[3]);
+        seen.pitch_rate = LEFT_SIGN * GYRO_UNIT * static_cast<float>(raw[1]); // about the axis to the left
+        seen.yaw_rate = UP_SIGN * GYRO_UNIT * static_cast<float>(raw[0]);
         return true;
     }
 

@@ -131,7 +131,7 @@ private:
 };
 
 const twbal::Build BUILD = {MOTOR, DEAD_DUTY, LEFT_COUNTS, RIGHT_COUNTS, 0.5f, 1e-6f * CONTROL_PERIOD_US,
-    BATTERY_PIN >= 0, 0.7f * NOMINAL_BATTERY};
+    BATTERY_PIN >= 0, 0.7f * NOMINAL_BATTERY, MOTOR_VOLTAGE_LIMIT};
 
 Hardware hardware;
 twbal::TwoWheels<Hardware> body(hardware, BUILD);

@@ -36,6 +36,7 @@ struct Build {
     float control_period; // [s]
     bool measures_battery;
     float least_battery;  // lower readings are taken for it [V]: by a wrong divider, each duty would be too large
+    float motor_voltage;  // most that a motor gets, whatever drives it [V]
 };
 
 const uint16_t TWO_WHEELS_SENSORS = TWBAL_SENSORS_TILT | TWBAL_SENSORS_TILT_RATE | TWBAL_SENSORS_WHEEL_ANGLE
@@ -155,18 +156,20 @@ private:
 
     // At a command of exactly 0 the bridge is off: a back-EMF that is too large, by a wrong count or gear, would drive
     // on a wheel that a hand turns. The dead duty has the sign of the torque, so that it never drives on what brakes. A
-    // voltage is put out as it is.
+    // voltage is put out as it is. No motor gets more than its voltage, of a battery of more.
     float duty_of(float command, float rate, uint8_t unit, float battery) const
     {
+        const float most = duty(build_.motor_voltage, battery);
         if (unit == TWBAL_DRIVE_VOLTAGE) {
-            return duty(command, battery);
+            return within(duty(command, battery), most);
         }
-        const float share = duty(build_.motor.voltage(command, rate, battery), battery);
+        const float supply = battery < build_.motor_voltage ? battery : build_.motor_voltage;
+        const float share = within(duty(build_.motor.voltage(command, rate, supply), battery), most);
         if (command == 0.0f || share == 0.0f) { // share: also where the command or the battery is no number
             return 0.0f;
         }
         const float least = command > 0.0f ? build_.dead_duty : -build_.dead_duty;
-        return within(share * (1.0f - build_.dead_duty) + least, 1.0f);
+        return within(share * (1.0f - build_.dead_duty) + least, most);
     }
 
     Hardware& hardware_;

@@ -4,6 +4,9 @@
 #include <stdint.h>
 
 struct Balboa32U4Motors {
+    static void allowTurbo(bool turbo); // false, as it begins: the library cuts speeds to 300 of 400
+    static void flipLeftMotor(bool flip);
+    static void flipRightMotor(bool flip);
     void setSpeeds(int16_t left, int16_t right);
 };
 struct Balboa32U4Encoders {
