@@ -14,8 +14,11 @@ import twbal
 from twbal.algorithm.model_file import load_model
 from twbal.algorithm.prediction import load_prediction
 from twbal.algorithm.summary import read_summary
+from twbal.cli.composed import composed
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
+from twbal.cli.stages import iterate as stage
+from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episodes
 from twbal.virtual_robot.process import VirtualRobotProcess
@@ -200,6 +203,59 @@ def test_other_settings_are_refused_before_anything_is_done(folder, capsys):
         assert iterate(folder, *words) == 1
         assert f"other settings (now new: {words[-1]}" in capsys.readouterr().err
     assert listed_hashes(folder) == listed
+
+
+def run_without_work(monkeypatch, folder, *words, made="summary.json"):
+    """A run of the stage whose work is nothing but a file; whether it was done."""
+    done = []
+
+    def work(cfg, chain, *_):
+        (chain.root / "iteration_0").mkdir(exist_ok=True)
+        (chain.root / "iteration_0" / "episode_000.mcap").write_text("a log")
+        (chain.root / made).write_text(str(cfg.updates))
+        done.append(cfg.updates)
+        return [chain.root / made]
+
+    monkeypatch.setattr(stage, "_learn_and_write", work)
+    manifest = stage.run(composed("iterate", list(words)), folder, {}, [])
+    assert manifest.complete
+    return done
+
+
+def test_a_finished_run_goes_on_with_more_updates_and_not_with_fewer(tmp_path, monkeypatch):
+    assert run_without_work(monkeypatch, tmp_path, "updates=3") == [3]
+    assert run_without_work(monkeypatch, tmp_path, "updates=3") == []
+    assert run_without_work(monkeypatch, tmp_path, "updates=6") == [6]
+    assert run_without_work(monkeypatch, tmp_path, "updates=6") == []
+    for words in (["updates=3"], ["updates=9", "trials=3"], ["updates=9", "seed=8"]):
+        with pytest.raises(ConfigError, match="is kept"):
+            run_without_work(monkeypatch, tmp_path, *words)
+    assert read_manifest(tmp_path).complete  # and nothing was lost by that
+    assert run_without_work(monkeypatch, tmp_path, "updates=9") == [9]
+
+
+def test_a_run_that_is_killed_while_it_goes_on_can_go_on_again(tmp_path, monkeypatch):
+    run_without_work(monkeypatch, tmp_path, "updates=3")
+
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(stage, "_learn_and_write", killed)
+    with pytest.raises(KeyboardInterrupt):
+        stage.run(composed("iterate", ["updates=6"]), tmp_path, {}, [])
+    assert run_without_work(monkeypatch, tmp_path, "updates=6") == [6]
+
+
+def test_a_run_whose_agent_was_trained_anew_is_not_taken_for_done(tmp_path, monkeypatch):
+    agent, run = tmp_path / "agent", tmp_path / "run"
+    agent.mkdir()
+    (agent / "policy.pt").write_bytes(b"one")
+    words = ["initial_policy=agent", f"trained_agent={agent}"]
+    assert run_without_work(monkeypatch, run, *words) == [3]
+    assert run_without_work(monkeypatch, run, *words) == []
+    (agent / "policy.pt").write_bytes(b"another")
+    with pytest.raises(ConfigError, match="other inputs"):
+        run_without_work(monkeypatch, run, *words)
 
 
 def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):

@@ -5,7 +5,7 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -105,9 +105,7 @@ def perform(step: StageWork, work: Callable[[], Sequence[Path]]) -> Manifest:
         ConfigError: the folder holds what other settings or inputs made. (Nothing, where they failed at once.)
         DataError: an input cannot be read.
     """
-    inputs = {
-        name: tuple(FileRecord(str(path), file_hash(path)) for path in paths) for name, paths in step.inputs.items()
-    }
+    inputs = _inputs_of(step)
     fingerprint = _fingerprint(step, inputs)
     done = _done_before(step, inputs, fingerprint)
     if done is not None:
@@ -171,10 +169,31 @@ def read_manifest(folder: Path) -> Manifest | None:
         ) from error
 
 
-def is_of_this_code(manifest: Manifest) -> bool:
-    """Whether the version and source code of twbal that are running wrote it."""
-    step = StageWork(manifest.stage, Path(), manifest.settings, {}, manifest.seed)
-    return manifest.fingerprint == _fingerprint(step, manifest.inputs)
+def reopen(step: StageWork, may_go_on: Callable[[Manifest], bool]) -> None:
+    """Make the folder of earlier work that of other work, which goes on with what lies there.
+
+    The old manifest is replaced at once by one of work that is not complete, so that a process killed in between loses
+    nothing.
+
+    Args:
+        step: the other work.
+        may_go_on: whether what lies there, by its manifest, is true of the other work, too. It is asked where both are
+            of the same stage, code and inputs.
+
+    Raises:
+        DataError: an input or the manifest cannot be read.
+    """
+    if read_manifest(step.out) is None:
+        return
+    with alone_in(step.out):
+        before, inputs = read_manifest(step.out), _inputs_of(step)
+        if before is None:
+            return
+        same = replace(step, settings=before.settings, seed=before.seed)
+        if before.fingerprint == _fingerprint(same, inputs) and may_go_on(before):
+            fingerprint = _fingerprint(step, inputs)
+            now = replace(before, complete=False, fingerprint=fingerprint, settings=step.settings, outputs=())
+            write_record(step.out / MANIFEST, now)
 
 
 def versions() -> dict[str, str]:
@@ -192,6 +211,12 @@ def _versions() -> dict[str, str]:
         except metadata.PackageNotFoundError:
             continue
     return found
+
+
+def _inputs_of(step: StageWork) -> dict[str, tuple[FileRecord, ...]]:
+    return {
+        name: tuple(FileRecord(str(path), file_hash(path)) for path in paths) for name, paths in step.inputs.items()
+    }
 
 
 def _fingerprint(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]]) -> str:

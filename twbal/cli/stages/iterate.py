@@ -20,9 +20,9 @@ from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
-from twbal.cli.known_robot import known_robot
+from twbal.cli.known_robot import distribution_file, known_robot
 from twbal.cli.link_gate import HEED, SAME_ROBOT
-from twbal.cli.manifest import MANIFEST, Manifest, StageWork, is_of_this_code, perform, read_manifest
+from twbal.cli.manifest import Manifest, StageWork, perform, reopen
 from twbal.cli.model_state import check_kernel_of
 from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
@@ -47,6 +47,7 @@ NOT_RECORDED = (
     "optimise_policy.workers",
     "real_rollout.workers",
 )
+INPUTS = ("known", "trained_agent")  # recorded by their content
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
@@ -136,22 +137,21 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
     settings = typed(AlgorithmSettings, cfg)
-    _allow_more_updates(cfg, out, settings.updates)
-    step = StageWork("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
+    known, agent = distribution_file(cfg.known), settings.trained_agent
+    inputs = {"known": [known] if known else [], "trained_agent": [Path(agent) / POLICY] if agent else []}
+    step = StageWork("iterate", out, recorded(cfg, (*NOT_RECORDED, *INPUTS)), inputs, settings.seed)
+    reopen(step, lambda before: _had_fewer_updates(before, cfg))
     with KeptRobots() as robots:
         chain = Chain(cfg, choices, out, flags, robots.launch)
         return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings, robots))
 
 
-def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
-    """Let a run go on in its folder with more updates than it had: all that lies there stays true."""
-    before = read_manifest(out)
-    if before is None or before.stage != "iterate" or not is_of_this_code(before):
-        return
+def _had_fewer_updates(before: Manifest, cfg: DictConfig) -> bool:
+    """Whether a run differs from `cfg` in its smaller number of updates alone: then all that it made stays true."""
     then = OmegaConf.create(before.settings)
     assert isinstance(then, DictConfig)
-    if then.updates < updates and recorded(then, ("updates",)) == recorded(cfg, (*NOT_RECORDED, "updates")):
-        (out / MANIFEST).unlink(missing_ok=True)
+    others = recorded(cfg, (*NOT_RECORDED, *INPUTS, "updates"))
+    return bool(then.updates < cfg.updates) and recorded(then, ("updates",)) == others
 
 
 def _learn_and_write(
