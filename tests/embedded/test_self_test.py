@@ -2,11 +2,15 @@
 
 import shutil
 import subprocess
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from some_policies import COMPILER, POLICIES, exported, needs_compiler, widths_of
 
+from twbal.core.channels import Channels
+from twbal.core.errors import DataError
+from twbal.embedded import board_export
 from twbal.embedded.header import header
 from twbal.embedded.self_test import PROGRAM, vectors
 
@@ -52,3 +56,19 @@ def test_it_fails_where_the_header_is_wrong(right, wrong, paper, tmp_path):
         return text.replace(right, wrong)
 
     assert built(tmp_path, POLICIES["place"], paper, spoil=spoil).returncode == 1
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", ["日本/x", "what??!", "two\nlines", 'a "b" \\', "ends in */"])
+def test_any_name_of_a_robot_compiles(name, paper, tmp_path):
+    assert built(tmp_path, POLICIES["linear"], replace(paper, name=name)).returncode == 0
+
+
+@needs_compiler
+def test_a_header_that_is_not_the_policy_is_not_written(paper, tmp_path, monkeypatch):
+    policy = POLICIES["place"]
+    monkeypatch.setattr(board_export, "header", lambda made: header(made).replace("a += TWBAL", "a += 1.01f * TWBAL"))
+    channels = Channels(tuple(policy.channels), paper.wheel_radius, paper.control_period)
+    with pytest.raises(DataError, match="The compiled header is not the policy"):
+        board_export.export_to(tmp_path, policy, channels, paper, 0.5, "a test", np.random.default_rng(3), checked=200)
+    assert list(tmp_path.iterdir()) == []

@@ -83,6 +83,7 @@ def export_policy(
         CheckpointError: the policy cannot be read.
         ConfigError: it is of a kind that has no header, was made for another control period, or cannot be exported or
             made smaller so; or the folder is no path.
+        DataError: the compiled header is not the policy; no file is written then.
 
     >>> import tempfile, twbal
     >>> with tempfile.TemporaryDirectory() as folder:

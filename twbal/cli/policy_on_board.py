@@ -19,7 +19,7 @@ from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
-from twbal.embedded.board_export import HEADER, check_agreement, export_to
+from twbal.embedded.board_export import HEADER, export_to
 from twbal.embedded.header import identity_in
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
@@ -93,8 +93,7 @@ def board_policy(
     """
     origin = f"Made by twbal {__version__} for {robot.name}; policy {policy_hash(cfg.policy)[:16]}."
     rng = generator(Stream.ON_BOARD, 0)
-    made = export_to(out, policy, channels, robot, cfg.tilt_limit, origin, rng, checked=_CHECKED)
-    check_agreement(made)
+    export_to(out, policy, channels, robot, cfg.tilt_limit, origin, rng, checked=_CHECKED)
     header = out / HEADER
     return BoardPolicy(header, identity_in(header.read_text()))
 

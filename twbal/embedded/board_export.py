@@ -87,6 +87,7 @@ def export_to(
 
     Raises:
         ConfigError: the policy cannot be exported, or not be made smaller so.
+        DataError: the compiled header is not the policy; no file is written then.
     """
     widths = half_widths(channels.names, channels.max_position_integral, robot, tilt_limit)
     cost = None
@@ -96,18 +97,19 @@ def export_to(
     exported = Exported(policy, channels, robot.control_period, robot.name, origin, feed_forward)
     text = header(exported)
     texts = {HEADER: text, VECTORS: vectors(exported, widths, rng), SELF_TEST: PROGRAM}
+    equal, seconds = _checked(text, policy, widths, checked, rng)
+    if equal is not None:
+        _check_agreement(equal)
     for name, content in texts.items():
         write_atomically(folder / name, content)
-    equal, seconds = _checked(text, policy, widths, checked, rng)
     needs = tuple(need_on(board, policy, len(channels.lags), robot.control_period) for board in BOARDS)
     on_board = OnBoard(channels.names, robot.control_period, needs, equal, cost)
     return Export(policy, on_board, tuple(folder / name for name in texts), seconds)
 
 
-def check_agreement(made: Export) -> None:
+def _check_agreement(found: Agreement) -> None:
     """Raise DataError where a compiled header is not the policy."""
-    found = made.on_board.agreement
-    if found is not None and not found.is_equal:
+    if not found.is_equal:
         raise DataError(
             f"The compiled header is not the policy: its command is off by up to {found.max_error:.3g} N·m, "
             f"{found.max_of_bound:.2g} times what single precision explains, and its gain by "

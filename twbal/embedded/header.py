@@ -128,7 +128,7 @@ def header(exported: Exported) -> str:
         width=len(channels.names),
         lags=len(channels.lags),
         max_command=real(policy.max_command),
-        robot='"' + _in_a_comment(exported.robot).replace("\\", "").replace('"', "") + '"',
+        robot='"' + re.sub(r"[^A-Za-z0-9 _.,:;()+-]", "_", exported.robot) + '"',
         constants=law.constants,
         types=TYPES,
         helpers=law.helpers,
@@ -148,4 +148,5 @@ def identity_in(text: str) -> int:
 
 
 def _in_a_comment(text: str) -> str:
-    return text.encode("ascii", "replace").decode().replace("*/", "* /")
+    plain = "".join(each if " " <= each <= "~" and each not in "?\\" else "_" for each in text)  # "??/" is a backslash
+    return plain.replace("*/", "* /").replace("/*", "/ *")

@@ -16,7 +16,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.errors import ConfigError
 from twbal.core.json_records import read_record, write_record
 from twbal.core.streams import Stream, generator
-from twbal.embedded.board_export import OnBoard, check_agreement, export_to
+from twbal.embedded.board_export import OnBoard, export_to
 from twbal.io.checkpoint import save_checkpoint
 
 NOT_RECORDED = ("policy.path",)
@@ -66,7 +66,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         made = export_to(
             out, policy, channels, robot, settings.tilt_limit, origin, rng, settings.distil, settings.states
         )
-        check_agreement(made)
         if made.on_board.agreement is not None:
             say(f"a call of the compiled header takes {1e6 * made.seconds_per_call:.2f} µs on this machine")
         write_record(out / ON_BOARD, made.on_board)
