@@ -1,6 +1,7 @@
 """The script that follows a parameter, on a package whose walk is known, and on twbal."""
 
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -109,3 +110,25 @@ def test_the_picture_has_each_folder_and_each_parameter(follow, package):
     for folder in layers:
         assert f">{folder}</text>" in drawn
         assert f">{folder}</text>" in written, "Run `python scripts/follow_parameter.py --draw`."
+
+
+def test_no_line_of_the_picture_runs_through_words_and_arrows_say_which_way_a_parameter_goes(follow, package):
+    code, _, picture = follow
+    drawn = picture.picture(package, code.layers(ROOT), {what: what for what in PARAMETERS})
+    lines = drawn.splitlines()
+    first = next(i for i, line in enumerate(lines) if line.startswith("<text"))
+    assert lines[-1] == "</svg>"
+    assert all(line.startswith("<text") for line in lines[first:-1])
+    assert all('paint-order="stroke"' in line for line in lines[first:-1])
+    for i, what in enumerate(PARAMETERS):
+        _, route = picture._route(package, what)
+        ways = set(pairwise(folder for folder in route if folder in code.layers(ROOT)))
+        arrows = [line for line in lines if line.startswith("<path") and picture._COLOURS[i] in line]
+        assert len(arrows) == len(ways) + 1  # one in the key
+
+
+def test_an_arrow_points_to_where_a_way_ends(follow):
+    picture = follow[2]
+    assert "translate(62.0,0.0) rotate(0.0)" in picture._arrow((0.0, 0.0), (100.0, 0.0), "red")
+    assert "translate(0.0,62.0) rotate(90.0)" in picture._arrow((0.0, 0.0), (0.0, 100.0), "red")
+    assert "translate(0.0,38.0) rotate(-90.0)" in picture._arrow((0.0, 100.0), (0.0, 0.0), "red")

@@ -5,10 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from markupsafe import Markup
 
 from twbal.algorithm.comparison import METRICS, Run
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.viz.comparison_figure import comparison_figure
+from twbal.viz.page import render
+from twbal.viz.short_names import short_names
 
 
 def runs(**values):
@@ -71,6 +74,29 @@ def test_names_of_groups_stand_apart(names):
 def test_long_names_take_no_room_from_the_panels():
     few, many = (drawn({name * k: runs(cost=(1.0,)) for name in "abc"}, "cost") for k in (1, 14))
     assert few.get_window_extent().height < 1.1 * many.get_window_extent().height
+
+
+LONG = [f"2026-12-0{k}_14-22-33-123456" for k in range(1, 7)]
+
+
+def test_long_names_are_short_below_the_panels_and_told_apart():
+    panel = drawn({name: runs(cost=(1.0,)) for name in LONG}, "cost")
+    names = [text.get_text() for text in panel.get_xticklabels()]
+    assert names[0].startswith("…01_14-22")
+    assert len(set(names)) == 6 and max(map(len, names)) <= 18
+    assert panel.get_window_extent().width > 0.6 * panel.figure.bbox.width / 3
+
+
+def test_the_page_has_a_key_of_short_names_and_scrolls_what_is_wide():
+    def page(*names):
+        return render("comparison.html.jinja", groups=dict.fromkeys(names), rows=[], names=[], picture=Markup("<svg/>"))
+
+    html = page(*LONG, "lqr")
+    for name, short in short_names([*LONG, "lqr"]).items():
+        assert (f"<tr><th>{short}</th><td>{name}</td></tr>" in html) == (name != "lqr")
+    assert '<div class="wide"><svg/></div>' in html
+    assert html.count("<table") == html.count('<div class="wide">\n<table') == 2
+    assert "shortened" not in page("lqr", "paper")
 
 
 def test_a_median_hides_no_dot():

@@ -241,5 +241,44 @@ def test_a_map_says_what_its_numbers_and_colours_are():
     assert note.get_window_extent().width < figure.bbox.width
 
 
+@pytest.mark.parametrize("axes", [1, 2, 3])
+def test_the_note_of_a_map_is_not_cut(axes):
+    regions = [Region("wheel_angle", axis, 0.0, 1.0, 50, 0.0, 1.0) for axis in list(AXES)[:axes]]
+    figure = disagreement_figure(regions, ("wheel_angle",))
+    figure.draw_without_rendering()
+    (note,) = (text for text in figure.texts if text.get_text() == figure.get_supxlabel())
+    extent = note.get_window_extent()
+    assert figure.bbox.x0 < extent.x0 < extent.x1 < figure.bbox.x1
+
+
+@pytest.mark.parametrize(
+    ("rms", "said"),
+    [(1.04, "1.0"), (99.94, "99.9"), (99.96, "100"), (999.4, "999"), (12345.6, ">999"), (np.inf, ">999")],
+)
+def test_large_numbers_of_a_map_do_not_run_into_each_other(rms, said):
+    regions = [Region("tilt", axis, k, k + 1.0, 50, 0.0, rms) for axis in AXES if axis != "direction" for k in range(6)]
+    figure = disagreement_figure(regions, ("tilt",))
+    figure.draw_without_rendering()
+    for panel in figure.axes:
+        assert texts(panel) == [said] * 6
+        boxes = [text.get_window_extent() for text in panel.texts]
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+def test_residuals_without_any_autocorrelation_have_a_bar_too():
+    (panel,) = autocorrelation_figure(
+        [ResidualAutocorrelation("tilt", 9.0, 0.0), ResidualAutocorrelation("tilt_rate", 0.0, 1.2)], None
+    ).axes
+    assert texts(panel) == ["9", "0", "0", "1.2"]
+    assert 0.0 < panel.get_ylim()[0] < min(bar.get_y() + bar.get_height() for bar in panel.patches)
+
+
+def test_numbers_below_the_rivals_are_plain():
+    rivals = [Rival(("a",), 10754.0, 1.0, 1.0), Rival((), 0.0, 0.0, 9.0)]
+    figure = rivals_figure(rivals, most=3)
+    assert "$" not in svg(figure)
+    assert [text.get_text() for text in figure.axes[0].get_xticklabels()][:4] == ["0", "10", "100", "1000"]
+
+
 def test_the_same_diagnosis_gives_the_same_picture():
     assert svg(disagreement_figure(REGIONS, CHANNELS)) == svg(disagreement_figure(REGIONS, CHANNELS))

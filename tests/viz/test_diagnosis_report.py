@@ -208,6 +208,17 @@ def test_the_page_and_the_json_say_by_how_much_intervals_are_widened(tmp_path):
         assert json.loads((tmp_path / "diagnosis.json").read_text())["gap"]["interval_scale"] == scale
 
 
+@pytest.mark.parametrize("parameter_floor", [0.0, 0.002])
+def test_the_page_says_as_the_console_does_what_intervals_are_measured_by(parameter_floor, tmp_path):
+    gap = tuple(gap._replace(parameter_floor=parameter_floor) for gap in NAMED.gap)
+    diagnosis = replace(NAMED, gap=gap)
+    words = f"so many times as far off as {diagnosis.headline.expected_by} would make them."
+    html = " ".join(page(tmp_path, diagnosis).replace("&#39;", "'").split())
+    assert words in html
+    assert words.rstrip(".") in effect_lines(diagnosis)[-1]
+    assert ("leave open" in html) == (parameter_floor > 0.0)
+
+
 @pytest.mark.parametrize("verdict", list(Verdict))
 def test_every_verdict_has_a_sentence(verdict):
     sentence = headline_text(replace(NAMED, verdict=verdict, data_sheet_class=("gain, mass and inertia",)))

@@ -1,10 +1,14 @@
 """The courses of an episode are what their axes show, whatever the simulation makes of the same commands."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from matplotlib.text import Text
 
 from twbal.core.channels import Channels
-from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.episode import Episode, Estimated, Outcome, Provenance
+from twbal.core.palette import MUTED
 from twbal.core.plant import Observation
 from twbal.viz.episode_figures import Stretch, courses_figure
 from twbal.viz.page import percent
@@ -37,7 +41,7 @@ def test_a_simulated_robot_that_falls_makes_no_line_of_one_that_stands(tilt, is_
     stands = np.degrees(episode.observations[:, 1])
     assert bottom < stands.min() and stands.max() < top
     assert np.ptp(stands) > 0.3 * (top - bottom)
-    assert panel.get_title("right") == ("simulated: 0 to 172" if is_cut else "")
+    assert [text.get_text() for text in panel.texts] == ["simulated: 0 to 172"] * is_cut
 
 
 def test_a_simulated_tilt_that_turns_over_is_a_line_without_a_jump(episode):
@@ -47,7 +51,7 @@ def test_a_simulated_tilt_that_turns_over_is_a_line_without_a_jump(episode):
         piece.observations[:, 1] = (piece.observations[:, 1] + np.pi) % (2.0 * np.pi) - np.pi
     panel = courses_figure(episode, "mine", over).axes[0]
     assert all(np.abs(np.diff(line.get_ydata())).max() < 10.0 for line in panel.lines)
-    assert panel.get_title("right") == "simulated: 0 to 229"
+    assert [text.get_text() for text in panel.texts] == ["simulated: 0 to 229"]
 
 
 def test_the_legend_says_what_the_simulated_pieces_are(episode):
@@ -55,6 +59,33 @@ def test_the_legend_says_what_the_simulated_pieces_are(episode):
     measured, simulated = (text.get_text() for text in placed.get_texts())
     assert measured == "measured"
     assert simulated.endswith("put back onto the measured motion every 0.5 s")
+
+
+def test_a_note_over_a_panel_overlaps_no_title(episode):
+    guessed = replace(episode, estimated=(Estimated("tilt", 0.1),))
+    figure = courses_figure(guessed, "mine", pieces(episode, 3.0))
+    figure.draw_without_rendering()
+    panel = figure.axes[0]
+    (title,) = (text for text in panel.findobj(Text) if text.get_text() == "estimated, not measured")
+    (note,) = panel.texts
+    assert title.get_color() == MUTED.light
+    assert panel.get_window_extent().y1 < note.get_window_extent().y0
+    assert note.get_window_extent().y1 < title.get_window_extent().y0
+
+
+def test_the_legend_has_what_is_in_any_panel(episode):
+    guessed = replace(episode, estimated=(Estimated("tilt", 0.1),))
+    (placed,) = courses_figure(guessed, "mine", pieces(episode, 0.1)).legends
+    names = [text.get_text() for text in placed.get_texts()]
+    assert names[0] == "worked out" and "measured" in names
+
+
+def test_an_episode_of_one_sample_is_drawn_as_points(episode):
+    one = replace(episode, observations=episode.observations[:1], states=episode.states[:1], commands=np.zeros(0))
+    *measured, _ = courses_figure(one, "mine").axes
+    assert all(panel.lines[0].get_marker() == "o" for panel in measured)
+    (whole, *_) = courses_figure(episode, "mine").axes
+    assert whole.lines[0].get_marker() == "None"
 
 
 def test_a_share_that_rounds_to_nothing_has_no_sign():

@@ -3,6 +3,7 @@
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import matplotlib
@@ -195,8 +196,39 @@ def test_a_prediction_that_runs_away_does_not_hide_the_robot_and_a_note_says_how
     assert high - low < 2.5 * np.ptp(seen)
     ends = [[p.mean[0] + side * 1.96 * p.sd[0] for p in away] for side in (-1, 1)]
     bottom, top = np.degrees(min(ends[0])), np.degrees(max(ends[1]))
-    assert panel.get_title("right") == f"band: {bottom:.2g} to {top:.0f}"
-    assert not draw_prediction().axes[0].get_title("right")
+    assert [text.get_text() for text in panel.texts] == [f"band: {bottom:.2g} to {top:.0f}"]
+    assert not draw_prediction().axes[0].texts
+
+
+def test_a_note_over_a_panel_overlaps_no_title() -> None:
+    """Bands of a small robot have long numbers, and some channels long names."""
+    names, units = ("position_integral", "command_2", "speed"), ("m·s", "N·m", "m/s")
+    wild = [Gaussian(0.01 * p.mean, 2e-3 * p.covariance) for p in predicted(40)]
+    courses = [5e-4 * course for course in trajectories(3, 40)]
+    figure = prediction_figure(wild, courses, names, units, PERIOD, "small robot")
+    figure.draw_without_rendering()
+    for panel in figure.axes:
+        (title,) = (text for text in panel.findobj(Text) if text.get_text() == panel.get_title("left"))
+        (note,) = panel.texts
+        assert note.get_text().startswith("band: ")
+        assert panel.get_window_extent().y1 < note.get_window_extent().y0
+        assert note.get_window_extent().y1 < title.get_window_extent().y0
+
+
+@pytest.mark.parametrize("steps", [0, 40])
+def test_where_the_robot_does_not_move_the_axes_are_those_of_the_band(steps: int) -> None:
+    figure = prediction_figure(predicted(40), [np.zeros((steps + 1, 3))], CHANNELS, UNITS, PERIOD, "at rest")
+    for i, factor in enumerate([180 / np.pi, 180 / np.pi, 1.0]):
+        ends = [factor * (p.mean[i] + side * 1.96 * p.sd[i]) for p in predicted(40) for side in (-1, 1)]
+        low, high = figure.axes[i].get_ylim()
+        assert low < min(*ends, 0.0) and max(*ends, 0.0) < high
+        assert high - low < 1.3 * np.ptp([*ends, 0.0])
+
+
+@pytest.mark.parametrize(("count", "name"), [(1, "robot, 1 trial"), (2, "robot, 2 trials")])
+def test_the_legend_counts_the_trials(count: int, name: str) -> None:
+    figure = prediction_figure(predicted(40), trajectories(count, 40), CHANNELS, UNITS, PERIOD, "counted")
+    assert name in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 @pytest.mark.parametrize("settle_step", [20, RULE.steps])
@@ -300,6 +332,27 @@ def test_the_learning_curve_shows_counts_marks_the_best_and_skips_what_was_not_m
     assert np.asarray(cost.get_lines()[1].get_xydata()).tolist() == [[0, 80], [2, 9]]
     assert np.asarray(coverage.get_lines()[1].get_xydata()).tolist() == [[0, 0.05], [2, 0.9]]
     assert [tick.get_text() for tick in trials.get_xticklabels()] == ["0\n0.0 s", "1\n0.0 s", "2\n2.5 s"]
+
+
+@pytest.mark.parametrize(("count", "best"), [(4, 1), (6, 5), (7, 3), (11, 10), (12, 1), (40, 17)])
+def test_labels_of_many_iterations_stand_apart_and_the_best_has_one(count: int, best: int) -> None:
+    first = summary().iterations[0]
+    iterations = tuple(
+        replace(first, index=i, real_seconds=12.5 * i, tilt_band_widest=0.05, coverage95=0.5) for i in range(count)
+    )
+    figure = learning_curve_figure(replace(summary(), iterations=iterations, best_iteration=best))
+    figure.draw_without_rendering()
+    trials, _, coverage = figure.axes
+    places = [round(tick) for tick in trials.get_xticks()]
+    assert best in places and places == sorted(places)
+    assert len(places) >= min(count, 6) // 2
+    names = [text for text in trials.get_xticklabels() if text.get_text()]
+    shares = [text for text in trials.texts if text.get_text()]
+    widths = [text for text in coverage.texts if text.get_text().startswith("±2")]
+    for texts in (names, shares, widths):
+        assert len(texts) == len(places)
+        boxes = [text.get_window_extent() for text in texts]
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
 
 
 def test_falls_are_crossed_and_whole_trials_are_not() -> None:

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from twbal.algorithm.robustness import AxisLevels, Cell, MethodRobustness, PolicyRobustness, Robustness
 from twbal.viz.canvas import svg
@@ -54,6 +56,37 @@ def test_methods_beyond_the_colours_look_different(robustness):
     methods = tuple(robustness.methods[0]._replace(name=f"m{k}") for k in range(10))
     lines = robustness_figure(robustness._replace(methods=methods)).axes[0].lines
     assert len({(line.get_color(), line.get_marker(), line.get_linestyle()) for line in lines}) == 10
+
+
+def six(robustness):
+    """The methods of docs/robustness.md: all with the same shares."""
+    return robustness._replace(methods=tuple(robustness.methods[0]._replace(name=f"m{k}") for k in range(6)))
+
+
+def test_points_of_six_methods_with_the_same_shares_are_seen_beside_each_other(robustness):
+    figure = robustness_figure(six(robustness))
+    figure.draw_without_rendering()
+    panel = figure.axes[1]
+    across = np.array([panel.transData.transform(line.get_xydata())[:, 0] for line in panel.lines])
+    size = panel.lines[0].get_markersize() * figure.dpi / 72
+    assert np.diff(across, axis=0).min() > size
+    assert np.min(across[0, 1:] - across[-1, :-1]) > size  # and those of a level apart from those of the next
+
+
+def test_six_methods_have_six_colours(robustness):
+    panel = robustness_figure(six(robustness)).axes[0]
+    assert len({line.get_color() for line in panel.lines}) == 6
+
+
+def test_the_legend_shows_line_and_bar_of_each_method_hatched_where_the_bar_is(robustness):
+    methods = tuple(robustness.methods[0]._replace(name=f"_{k}") for k in range(9))
+    (placed,) = (figure := robustness_figure(robustness._replace(methods=methods))).legends
+    assert [text.get_text() for text in placed.get_texts()] == [method.name for method in methods]
+    figure.draw_without_rendering()
+    hatched = [patch.get_hatch() is not None for patch in placed.findobj(Rectangle) if patch.get_width() > 0.0]
+    assert hatched.count(True) == 2
+    assert len(hatched) == 9
+    assert len([line for line in placed.findobj(Line2D) if line.get_marker() != "None"]) >= 9
 
 
 def test_long_names_of_methods_stay_inside_the_figure(robustness):

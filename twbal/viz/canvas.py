@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, Literal, ParamSpec
@@ -13,6 +13,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.ticker import MaxNLocator, NullLocator
 
 from twbal.core.errors import ConfigError
@@ -50,6 +51,7 @@ STYLE: Any = {  # Any: matplotlib's own type for this lists every setting of one
     "savefig.facecolor": PAPER.light,
     "svg.fonttype": "none",  # text stays text: it can be searched, read aloud and recoloured
     "svg.hashsalt": "twbal",  # without it the ids in an SVG are random
+    "text.parse_math": False,  # names of robots and files may have dollar signs
     "xtick.color": MUTED.light,
     "ytick.color": MUTED.light,
 }
@@ -60,6 +62,8 @@ _SURPLUS_DIGITS = re.compile(r"(\.\d\d)\d+")
 _LEGEND_SHARE = 0.95  # of the figure's width that a legend may take: fonts differ where an SVG is shown
 _LOG_STEPS = ((1.0,), (1.0, 3.0), (1.0, 2.0, 5.0), tuple(range(1, 10)))  # ticks of a decade, the fewest first
 _FEWEST_TICKS = 3
+_ROUNDING = 1e-9  # of the largest value of a course; what varies by less is constant
+_NOTE = (4, 20)  # points above a panel at which a note begins, and the title over it
 _DEGREES = {"rad": "°", "rad/s": "°/s"}
 _PAST_COMMANDS = {"command_1": "last command", "command_2": "2nd last command"}
 _PAST_COMMANDS |= {f"command_{k}": f"{k}th last command" for k in range(4, 10)} | {"command_3": "3rd last command"}
@@ -114,9 +118,18 @@ def short(value: float) -> str:
 
 
 def logarithmic(axes: Axes, which: Literal["x", "y"]) -> None:
-    """Make an axis of what was drawn logarithmic, with ticks that are plain numbers: 0.5 and not 5 × 10⁻¹."""
-    axes.set(**{f"{which}scale": "log"})
+    """Make an axis of what was drawn logarithmic, with ticks that are plain numbers: 0.5 and not 5 × 10⁻¹.
+
+    Where nothing was drawn, as no value is finite and positive, the panel says so.
+    """
     axis = axes.xaxis if which == "x" else axes.yaxis
+    if not np.isfinite(axis.get_minpos()):
+        text = axes.annotate("no finite values above 0", (0.5, 0.5), xycoords="axes fraction")
+        text.set(ha="center", va="center", color=MUTED.light)
+        text.set_bbox({"facecolor": PAPER.light, "linewidth": 0.0})  # over a line of zeros
+        axis.set_ticks([])
+        return
+    axes.set(**{f"{which}scale": "log"})
     low, high = axis.get_view_interval()
     decades = 10.0 ** np.arange(np.floor(np.log10(low)), np.ceil(np.log10(high)) + 1)
     for steps in _LOG_STEPS:
@@ -146,21 +159,54 @@ def over_horizons(axes: Axes, channel: str, unit: str) -> None:
     axes.set_title(channel.replace("_", " "))
 
 
-def legend(figure: Figure, *axes: Axes) -> None:
+def legend(figure: Figure, *axes: Axes, named: Mapping[str, Artist | tuple[Artist, ...]] | None = None) -> None:
     """Put the legend of `axes` below all panels, where it hides no data, in as few rows as fit its width.
 
     What several of them have, by its name, is in it once.
+
+    Args:
+        figure: to which the legend is added.
+        axes: whose labelled drawings are in it.
+        named: what comes first, by name; several drawings of one name stand side by side. Names that people gave belong
+            here, as matplotlib leaves out of `axes` what has a label with a leading underscore.
     """
-    found: dict[str, Artist] = {}
+    found: dict[str, Artist | tuple[Artist, ...]] = dict(named or {})
     for panel in axes:
         for handle, name in zip(*panel.get_legend_handles_labels(), strict=True):
             found.setdefault(name, handle)
-    handles, names = list(found.values()), list(found)
+    handles: list[Any] = list(found.values())  # Any: matplotlib's own type for this has no tuples
+    names = list(found)
     for columns in range(len(names), 0, -1):
-        placed = figure.legend(handles, names, loc="outside lower center", ncols=columns)
+        placed = figure.legend(
+            handles,
+            names,
+            loc="outside lower center",
+            ncols=columns,
+            handler_map={tuple: HandlerTuple(ndivide=None)},
+        )
         if columns == 1 or placed.get_window_extent().width <= _LEGEND_SHARE * figure.bbox.width:
             return
         placed.remove()
+
+
+def notes_above(axes: Sequence[Axes], notes: Sequence[str], colour: str) -> None:
+    """Write a small note over each panel that has one, and move the titles above the notes.
+
+    A note has a line of its own, so that it overlaps no title, however long both are.
+
+    Args:
+        axes: panels of one figure, with their titles.
+        notes: one for each; "" for none.
+        colour: of the notes.
+    """
+    if not any(notes):
+        return
+    begin, title = _NOTE
+    for panel, note in zip(axes, notes, strict=True):
+        panel.set_title(panel.get_title("left"), pad=title)
+        if note:
+            text = panel.annotate(note, (0.0, 1.0), (0, begin), xycoords="axes fraction", textcoords="offset points")
+            text.set(va="bottom", fontsize=8, color=colour)
 
 
 def ended_at(axes: Axes, time: float, value: float) -> None:
@@ -178,6 +224,8 @@ def ended_at(axes: Axes, time: float, value: float) -> None:
 def limits(seen: Array, others: Array, room: float) -> tuple[float, float]:
     """Range of an axis: all that was seen, and of the others what does not dwarf it.
 
+    Where what was seen is constant, it has no range that could be dwarfed, and all others are in range.
+
     Args:
         seen: what the robot did; where it is empty, all others are in range.
         others: what a model or a simulation says.
@@ -185,12 +233,14 @@ def limits(seen: Array, others: Array, room: float) -> tuple[float, float]:
     """
     seen, others = (values[np.isfinite(values)] for values in (seen, others))
     every = np.concatenate([seen, others])
+    if not len(every):
+        return -1.0, 1.0
     bottom, top = float(every.min()), float(every.max())
-    if len(seen):
-        least, most = float(seen.min()), float(seen.max())
+    least, most = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
+    if most - least > _ROUNDING * max(abs(least), abs(most)):
         spare = room * (most - least)
         bottom, top = max(bottom, least - spare), min(top, most + spare)
-    margin = 0.06 * (top - bottom) or 1.0
+    margin = 0.06 * (top - bottom) or 0.06 * abs(top) or 1.0
     return bottom - margin, top + margin
 
 

@@ -12,6 +12,7 @@ from twbal.algorithm.comparison import METRICS, Run
 from twbal.core.gaussian import Array
 from twbal.core.palette import INK, LINE, MUTED, PREDICTED, REAL
 from twbal.viz.canvas import aslant, legend, panels, styled
+from twbal.viz.short_names import short_names
 
 _TITLE = 38  # characters of a line of a panel's title
 _ROW = 30  # characters that find room side by side below a panel
@@ -25,8 +26,12 @@ _TAKES = {"crps_ratio": "takes three trials or more of a policy"}
 
 @styled
 def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
-    """Draw each metric of each run; runs that never got there stand in a strip above the numbers of the axis."""
-    longest = max(map(len, groups))
+    """Draw each metric of each run; runs that never got there stand in a strip above the numbers of the axis.
+
+    Long names of groups are shortened.
+    """
+    names = short_names(groups)
+    longest = max(map(len, names.values()))
     is_aslant = (longest + 1) * len(groups) > _ROW
     figure, axes = panels(len(METRICS), columns=3, width=3.6, height=2.7 + _ASLANT * longest * is_aslant)
     jitter = np.random.default_rng(0)
@@ -39,7 +44,7 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
             text = fill(reason, _TITLE - 8)
             panel.annotate(text, middle, xycoords="axes fraction", ha="center", va="center", color=MUTED.light)
             panel.set_yticks([])
-        panel.set_xticks(range(len(groups)), list(groups))
+        panel.set_xticks(range(len(groups)), [names[group] for group in groups])
         if is_aslant:
             aslant(panel)
         panel.set_xlim(-0.5, len(groups) - 0.5)

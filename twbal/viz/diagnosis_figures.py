@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
 from scipy.stats import binomtest
 
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
@@ -40,6 +41,8 @@ _MAPPED = (
     "Colour: mean error. Blue: measured lower than predicted; orange: higher."
 )
 _NOTE = 0.4  # inch; height of that note
+_MOST_RMS = 999.5  # of a field; more has no room in it
+_LEAST = 1e-3  # that is drawn on a logarithmic axis, where 0 has no place
 _SPARE = 0.5  # factor below the least and above the largest bar, for the numbers at their ends
 _ABOVE = 1.12  # end of the axis of shares: room for the numbers above them
 _ALIKE = 1e-3  # relative difference of probabilities that is none
@@ -53,7 +56,8 @@ def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> F
     A note below says so.
     """
     axes_names = [name for name in AXES if any(region.axis == name for region in regions)]
-    figure, drawn = panels(len(axes_names), columns=3, width=3.6, height=0.5 + 0.45 * len(channels))
+    width = max(3.6, _WIDE / len(axes_names))  # room for the note below
+    figure, drawn = panels(len(axes_names), columns=3, width=width, height=0.5 + 0.45 * len(channels))
     for panel, name in zip(drawn, axes_names, strict=True):
         _draw_map(panel, [region for region in regions if region.axis == name], channels, name)
     figure.set_figheight(figure.get_figheight() + _NOTE)
@@ -87,6 +91,7 @@ def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
         colour = GOOD.light if rival in likeliest else INK.light
         panel.annotate(said, (difference, place), (5, 0), textcoords="offset points", va="center", color=colour)
     panel.set_xscale("symlog", linthresh=_NEAR)
+    panel.xaxis.set_major_formatter(StrMethodFormatter("{x:.6g}"))
     panel.set_xlim(0.0, _ROOM * max(*above, _NEAR))
     panel.grid(visible=False, axis="y")
     panel.set_xlabel(f"difference in BIC (logarithmic from {_NEAR:g} on)")
@@ -137,12 +142,12 @@ def autocorrelation_figure(found: Sequence[ResidualAutocorrelation], after: str 
     fitted = (after, PREDICTED) if after else ("data sheet refitted", MUTED)
     values = [each.before for each in found], [each.after for each in found]
     for aside, heights, (name, colour) in zip((-0.2, 0.2), values, (("data sheet", REAL), fitted), strict=True):
-        above = [value - 1.0 for value in heights]
+        above = [max(value, _LEAST) - 1.0 for value in heights]
         bars = panel.bar(places + aside, above, 0.38, bottom=1.0, color=colour.light, label=name)
         panel.bar_label(bars, [short(value) for value in heights], padding=2)
     panel.axhline(1.0, color=INK.light, linestyle=":", linewidth=1.2)
     panel.set_xticks(places, [each.channel.replace("_", " ") for each in found])
-    panel.set_ylim(_SPARE * min(1.0, *map(min, values)), max(1.0, *map(max, values)) / _SPARE)
+    panel.set_ylim(_SPARE * max(min(1.0, *map(min, values)), _LEAST), max(1.0, *map(max, values)) / _SPARE)
     logarithmic(panel, "y")
     panel.grid(visible=False, axis="x")
     panel.set_ylabel("autocorrelation")
@@ -189,9 +194,9 @@ def _draw_map(panel: Axes, regions: Sequence[Region], channels: Sequence[str], a
     shades = np.tanh(bias / 2.0)
     panel.imshow(shades, cmap=colours, vmin=-1.0, vmax=1.0, aspect="auto")
     for i, j in np.ndindex(*rms.shape):
-        if np.isfinite(rms[i, j]):
+        if not np.isnan(rms[i, j]):
             ink = _text_colour(colours(float(0.5 * (1.0 + shades[i, j]))))
-            panel.text(j, i, f"{rms[i, j]:.1f}", ha="center", va="center", fontsize=8.5, color=ink)
+            panel.text(j, i, _field_text(float(rms[i, j])), ha="center", va="center", fontsize=8.5, color=ink)
     if axis == DIRECTION:
         ways = {edges.index(region.low): direction_text(region) for region in regions}
         panel.set_xticks(list(ways), list(ways.values()), fontsize=8)
@@ -201,6 +206,13 @@ def _draw_map(panel: Axes, regions: Sequence[Region], channels: Sequence[str], a
     panel.set_yticks(range(len(channels)), [channel.replace("_", " ") for channel in channels])
     panel.grid(visible=False)
     panel.set_title(f"{AXES[axis].title} [{unit}]" if unit else AXES[axis].title)
+
+
+def _field_text(rms: float) -> str:
+    """The number of a field, in at most four characters."""
+    if rms >= _MOST_RMS:
+        return ">999"
+    return f"{rms:.1f}" if rms < 99.95 else f"{rms:.0f}"
 
 
 def _label_edges(panel: Axes, axis: str, edges: Sequence[float]) -> None:

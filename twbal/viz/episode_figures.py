@@ -12,7 +12,7 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.core.plant import Observation
-from twbal.viz.canvas import label, legend, limits, panels, short, shown, styled
+from twbal.viz.canvas import label, legend, limits, notes_above, panels, short, shown, styled
 
 _UNITS = {**MEASURED_UNITS, "wheel_angle": "rad", "wheel_rate": "rad/s", "command": "N·m"}
 _CHANNELS = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate", "acceleration", "command")
@@ -36,7 +36,8 @@ class Stretch(NamedTuple):
 def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = ()) -> Figure:
     """Draw each channel over time; channels that no sensor measured are drawn in grey.
 
-    The axes are those of what was measured. Where the simulation goes far beyond it, a note in the panel says how far.
+    The axes are those of what was measured. Where the simulation goes far beyond it, a note over the panel says how
+    far.
 
     Args:
         episode: what was measured.
@@ -46,7 +47,8 @@ def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = 
     figure, axes = panels(len(_CHANNELS), columns=2, width=5.4, height=2.0)
     estimated = {e.channel for e in episode.estimated}
     time = episode.observations[:, 0]
-    for panel, name in zip(axes, _CHANNELS, strict=True):
+    notes = [""] * len(axes)
+    for place, (panel, name) in enumerate(zip(axes, _CHANNELS, strict=True)):
         factor, unit = shown(_UNITS[name])
         values = _column(episode, name)
         colour = MUTED.light if name in estimated else REAL.light
@@ -55,7 +57,7 @@ def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = 
             if name != "command":
                 column = factor * _simulated_column(piece, name)
                 told = None if number else _simulated(simulated)
-                panel.plot(piece.time, column, color=PREDICTED.light, linewidth=1.1, label=told)
+                panel.plot(piece.time, column, _mark(column), color=PREDICTED.light, linewidth=1.1, label=told)
         panel.set_ylabel(label(name, unit))
         panel.set_xlabel("time [s]")
         panel.margins(x=0)
@@ -63,22 +65,31 @@ def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = 
             panel.set_title("estimated, not measured", color=MUTED.light)
         if simulated and name != "command":
             every = np.concatenate([_simulated_column(piece, name) for piece in simulated])
-            _fit(panel, factor * values, factor * every)
+            notes[place] = _fit(panel, factor * values, factor * every)
+    notes_above(axes, notes, PREDICTED.light)
     figure.suptitle(title)
     if simulated:
-        legend(figure, axes[0])
+        legend(figure, *axes)
     return figure
 
 
-def _fit(axes: Axes, values: Array, simulated: Array) -> None:
-    """Set the range of an axis: a simulated robot that falls would make a line of one that stands."""
+def _fit(axes: Axes, values: Array, simulated: Array) -> str:
+    """Set the range of an axis: a simulated robot that falls would make a line of one that stands.
+
+    Returns how far the simulation goes, where that is beyond the axis.
+    """
     bottom, top = limits(values, simulated, _ROOM)
     axes.set_ylim(bottom, top)
-    if simulated.min() < bottom or simulated.max() > top:
-        for drawn in (*axes.get_lines()[:1], *axes.collections):  # what was measured, over what hides it
-            drawn.set_zorder(3.0)
-        note = f"simulated: {short(simulated.min())} to {short(simulated.max())}"
-        axes.set_title(note, loc="right", color=PREDICTED.light, fontsize=8, fontweight="normal")
+    if not (simulated.min() < bottom or simulated.max() > top):
+        return ""
+    for drawn in (*axes.get_lines()[:1], *axes.collections):  # what was measured, over what hides it
+        drawn.set_zorder(3.0)
+    return f"simulated: {short(simulated.min())} to {short(simulated.max())}"
+
+
+def _mark(values: Array) -> str:
+    """Form of a line, of which a single point would be nothing."""
+    return "o" if len(values) == 1 else "-"
 
 
 def _simulated_column(piece: Stretch, name: str) -> Array:
@@ -102,7 +113,7 @@ def _column(episode: Episode, name: str) -> Array:
 def _line(axes: Axes, time: Array, values: Array, colour: str, name: str) -> None:
     every = len(values) // _MOST_POINTS
     if every < 2:
-        axes.plot(time, values, color=colour, linewidth=1.2, label=name)
+        axes.plot(time, values, _mark(values), color=colour, linewidth=1.2, label=name)
         return
     rows = len(values) // every * every
     parts = values[:rows].reshape(-1, every)

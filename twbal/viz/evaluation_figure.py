@@ -1,6 +1,7 @@
 """Errors of simulations over the horizon of their predictions."""
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from twbal.core.gaussian import Array
@@ -24,19 +25,21 @@ def evaluation_figure(evaluation: SimulationEvaluation, log: str) -> Figure:
     """
     channels = list(dict.fromkeys(score.channel for score in evaluation.scores if score.log == log))
     figure, drawn = panels(len(channels), columns=2, width=4.6, height=2.9)
+    named: dict[str, Artist] = {}
     for panel, channel in zip(drawn, channels, strict=True):
         for number, simulation in enumerate(evaluation.simulations):
             colour, form = _COLOURS[number % len(_COLOURS)].light, _FORMS[number % len(_FORMS)]
             rows = [s for s in evaluation.scores if (s.simulation, s.log, s.channel) == (simulation.name, log, channel)]
             times = [1e3 * score.horizon for score in rows]
-            panel.plot(times, [_known(s.error) for s in rows], form, color=colour, label=simulation.name)
+            (line,) = panel.plot(times, [_known(s.error) for s in rows], form, color=colour, label=simulation.name)
+            named.setdefault(simulation.name, line)
             low, high = _band(rows)
             panel.fill_between(times, low, high, color=colour, alpha=0.18, linewidth=0)
             floor = [_known(score.noise_floor) for score in rows]
             panel.plot(times, floor, ":", color=colour, linewidth=1.1)
         panel.plot([], [], ":", color=INK.light, linewidth=1.1, label="sensor noise alone")
         over_horizons(panel, channel, CHANNEL_UNITS[channel])
-    legend(figure, drawn[0])
+    legend(figure, drawn[0], named=named)
     return figure
 
 

@@ -9,6 +9,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from twbal.core.palette import PALETTE
+from twbal.viz.short_names import short_names
 
 _PROLOGUE = re.compile(r"^.*?(?=<svg )|<metadata>.*?</metadata>", re.DOTALL)
 _FIXED_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
@@ -23,7 +24,7 @@ def render(template: str, **content: Any) -> str:
     pages = Environment(
         loader=FunctionLoader(_source), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    pages.filters |= {"degrees": degrees, "number": number, "percent": percent}
+    pages.filters |= {"degrees": degrees, "number": number, "percent": percent, "short_names": short_names}
     return pages.get_template(template).render(palette=PALETTE, **content)
 
 

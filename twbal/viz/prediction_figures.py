@@ -9,7 +9,7 @@ from matplotlib.patches import Rectangle
 
 from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.palette import MUTED, PREDICTED, REAL
-from twbal.viz.canvas import ended_at, in_words, label, legend, limits, panels, short, shown, styled
+from twbal.viz.canvas import ended_at, in_words, label, legend, limits, notes_above, panels, short, shown, styled
 
 _ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
 _BAND, _WITHIN = 0.25, 0.3  # opacity of the band, and of the one over it of what varies from rollout to rollout
@@ -33,7 +33,7 @@ def prediction_figure(
         predicted: p(x_t) for t = 0 .. H.
         trajectories: (T + 1, D) states of each trial, of any length; steps after H are not drawn. A trial that ends
             before H ends in a cross. Their range is that of the axes; a band that goes far beyond it is cut, and a note
-            in the panel says how far it goes.
+            over the panel says how far it goes.
         channels: names of the D channels.
         units: their units.
         control_period: [s].
@@ -45,14 +45,17 @@ def prediction_figure(
     variance = np.array([p.sd**2 for p in predicted])  # (H + 1, D)
     half_width = HALF_WIDTH_95 * np.sqrt(variance)
     varies = None if unknown is None else HALF_WIDTH_95 * np.sqrt(np.maximum(variance - unknown, 0.0))
+    notes = []
     for i, panel in enumerate(axes):
         factor, unit = shown(units[i])
         courses = [factor * x[: len(predicted), i] for x in trajectories]
         within = None if varies is None else factor * varies[:, i]
-        _draw_channel(panel, control_period, factor * mean[:, i], factor * half_width[:, i], within, courses)
+        band = factor * mean[:, i], factor * half_width[:, i]
+        notes.append(_draw_channel(panel, control_period, *band, within, courses))
         panel.set_title(in_words(channels[i]))
         panel.set_xlabel("time [s]")
         panel.set_ylabel(label(channels[i], unit))
+    notes_above(axes, notes, MUTED.light)
     figure.suptitle(title, x=0.01, ha="left")
     legend(figure, axes[0])
     return figure
@@ -60,7 +63,8 @@ def prediction_figure(
 
 def _draw_channel(
     axes: Axes, period: float, mean: Array, half_width: Array, varies: Array | None, courses: Sequence[Array]
-) -> None:
+) -> str:
+    """Draw a channel, and return how far its band goes where it is cut."""
     time = period * np.arange(len(mean))
     low, high = mean - half_width, mean + half_width
     axes.fill_between(time, low, high, color=PREDICTED.light, alpha=_BAND, linewidth=0, label="predicted, 95 %")
@@ -72,13 +76,12 @@ def _draw_channel(
         axes.add_patch(patch)
     axes.plot(time, mean, color=PREDICTED.light, linewidth=1.5, zorder=3, label="predicted, mean")
     for i, course in enumerate(courses):
-        name = f"robot, {len(courses)} trials" if i == 0 else None
+        name = f"robot, {len(courses)} trial{'' if len(courses) == 1 else 's'}" if i == 0 else None
         axes.plot(time[: len(course)], course, color=REAL.light, linewidth=0.9, alpha=0.8, label=name)
         if len(course) < len(mean):
             ended_at(axes, time[len(course) - 1], course[-1])
     axes.set_xlim(0.0, time[-1])
     bottom, top = limits(np.concatenate([[], *courses]), np.concatenate([low, high]), _ROOM)
     axes.set_ylim(bottom, top)
-    if low.min() < bottom or high.max() > top:
-        note = f"band: {short(low.min())} to {short(high.max())}"
-        axes.set_title(note, loc="right", color=MUTED.light, fontsize=8, fontweight="normal")
+    is_cut = low.min() < bottom or high.max() > top
+    return f"band: {short(low.min())} to {short(high.max())}" if is_cut else ""
