@@ -39,7 +39,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     foreign = set(FOREIGN).difference(KNOWN_SINCE).union(label["left_out"])
     missing = [name for name in hidden if name in foreign]
     there = [name for name in hidden if name not in missing]
-    filtered, bending = _tilt_filter(label), _presliding(there)
+    filtered, bending = _tilt_filter(label), presliding_of(there)
     if diagnosis is None:
         return {**known, "verdict": "no diagnosis", "hidden": dict.fromkeys(there, 0.0), "foreign": missing} | {
             "said": [], "intervals": [], "remains": False, "lost": _lost(hidden, {}),
@@ -89,7 +89,7 @@ def _tilt_filter(label: Mapping[str, Any]) -> dict[str, dict[str, float]]:
     return {TILT_FILTER: {"rate": math.log1p(period / constant) / period}} if constant > 0 else {}
 
 
-def _presliding(there: Collection[str]) -> tuple[str, ...]:
+def presliding_of(there: Collection[str]) -> tuple[str, ...]:
     """What the form of the dry friction is besides: bristles bend before it slides (`mechanics.bristles`).
 
     They are damped, which the library's are not, so the angle has no true value.

@@ -23,7 +23,7 @@ from benchmarks.diagnosing import diagnosis_of
 from benchmarks.other_robots.__main__ import seeds_of, sheet_of
 from benchmarks.other_robots.kinds import FOREIGN, equivalents
 from benchmarks.other_robots.recording import Recorded
-from benchmarks.other_robots.score import is_there
+from benchmarks.other_robots.score import is_there, presliding_of
 from benchmarks.other_robots.sets import Set, designed
 from benchmarks.settings import text_settings
 from benchmarks.what_next.recording import SHAKEN, first_and_repetition, suggested
@@ -88,7 +88,8 @@ def _said(diagnosis: Mapping[str, Any], recorded: Recorded) -> dict[str, Any]:
 
     It is open where nothing is named, where other effects do as well, or where no set of effects is sure.
     """
-    there = [name for name in recorded.hidden if name not in FOREIGN]
+    hidden = [name for name in recorded.hidden if name not in FOREIGN]
+    there = [*hidden, *presliding_of(hidden)]
     named = [effect for effect in diagnosis["effects"] if effect["is_named"]]
     return {
         "verdict": diagnosis["verdict"],
@@ -98,15 +99,18 @@ def _said(diagnosis: Mapping[str, Any], recorded: Recorded) -> dict[str, Any]:
         "named": [[effect["name"], is_there(effect, there)] for effect in named],
         "likely": [[effect["name"], round(effect["probability"], 4)] for effect in diagnosis["effects"]],
         "rivals": [[rival["names"], round(rival["probability"], 4)] for rival in diagnosis["rivals"][:5]],
-        "missed": [name for name in there if not any(is_there(effect, [name]) for effect in named)],
+        "missed": [name for name in hidden if not any(is_there(effect, [name]) for effect in named)],
     }
 
 
 def _surest(rivals: Sequence[Mapping[str, Any]]) -> float:
-    """Probability of the likeliest set of effects, with those that are declared the same."""
+    """Probability of the likeliest set of effects, with those that are declared the same.
+
+    What a diagnosis calls a negligible effect of a set counts as none.
+    """
     found: dict[tuple[str, ...], float] = {}
     for rival in rivals:
-        names = tuple(sorted(min(equivalents(name)) for name in rival["names"]))
+        names = tuple(sorted(min(equivalents(name)) for name in rival["names"] if name not in rival["negligible"]))
         found[names] = found.get(names, 0.0) + rival["probability"]
     return max(found.values())
 

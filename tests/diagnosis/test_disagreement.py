@@ -17,7 +17,7 @@ from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.problem import Problem
-from twbal.diagnosis.verdict import allowed_differences
+from twbal.diagnosis.verdict import Tempering, allowed_differences
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import NoiseModel
@@ -99,7 +99,9 @@ def odd_ones(paper, settings, odd, seed):
     start = Model(planar_parameters(paper, {}), 0.0, NOISE)
     chosen = fit_hypothesis(data, start, always, [candidate], 1)
     problem = Problem(data, start, always, candidates_for(paper), settings)
-    comparison = ModelComparison(data, chosen, (), problem.candidates, 1.0, allowed_differences(problem, chosen))
+    allowed = allowed_differences(problem, chosen)
+    tempering = Tempering(1.0, 0.0, 0.0)
+    comparison = ModelComparison(data, chosen, (), problem.candidates, tempering, allowed, chosen.fit)
     return disagreements(comparison, recordings[3:])
 
 

@@ -1,6 +1,7 @@
 """The suggested experiment: what it is expected to separate, by closed forms and Monte Carlo, and what is safe."""
 
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 import pytest
@@ -19,7 +20,8 @@ from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.model_comparison import ModelComparison, RivalModel, is_open
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import ProbableEffect, Rival, Verdict
-from twbal.diagnosis.separation import divergences, expected_separation, prior_of, projected
+from twbal.diagnosis.separation import divergences, expected_probability, expected_separation, prior_of, projected
+from twbal.diagnosis.verdict import Tempering
 from twbal.planar.parameters import planar_parameters
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
@@ -46,7 +48,8 @@ def comparison(paper):
         (candidate,) = [c for c in candidates_for(paper) if c.name == name]
         fitted = fit_hypothesis(data, Model(planar_parameters(paper, {}), 0.0, NOISE), always, [candidate], 2)
         rivals.append(RivalModel((name,), fitted.fit, 0.5))
-    return ModelComparison(data, fitted, tuple(rivals), (), 1.0, {})
+    base = fit_hypothesis(data, Model(planar_parameters(paper, {}), 0.0, NOISE), always, [], 2).fit
+    return ModelComparison(data, fitted, tuple(rivals), (), Tempering(1.0, 0.0, 0.0), {}, base)
 
 
 def test_a_model_that_may_adapt_keeps_what_no_change_of_it_makes_up_for():
@@ -70,6 +73,20 @@ def test_the_separation_is_the_mean_over_pairs_drawn_by_their_probabilities():
     different = pairs[pairs[:, 0] != pairs[:, 1]]
     drawn = found[different[:, 0], different[:, 1]].mean()
     assert expected_separation(found, p) == pytest.approx(drawn, rel=0.01)
+
+
+def test_the_true_model_is_expected_to_be_as_likely_as_bayes_rule_has_it():
+    """Two models: after an experiment that separates them by D, the true one has 1 / (1 + q/p exp(-D / T))."""
+    apart = np.array([[0.0, 3.0], [5.0, 0.0]])
+    p, q = 0.7, 0.3
+    expected = p / (1.0 + q / p * np.exp(-3.0 / 2.0)) + q / (1.0 + p / q * np.exp(-5.0 / 2.0))
+    assert expected_probability(apart, [p, q], 2.0) == pytest.approx(expected)
+    assert expected_probability(np.zeros((2, 2)), [p, q], 2.0) == pytest.approx(p**2 + q**2)  # it tells nothing
+    one_pair = np.array([[0.0, 1e6, 0.1], [1e6, 0.0, 0.1], [0.1, 0.1, 0.0]])
+    all_pairs = 3.0 * (1.0 - np.eye(3))
+    thirds = [1 / 3] * 3
+    assert expected_probability(one_pair, thirds, 1.0) < expected_probability(all_pairs, thirds, 1.0)
+    assert expected_probability(np.where(apart > 4.0, np.nan, apart), [p, q], 1.0) == 0.0
 
 
 def test_nothing_is_expected_where_one_model_is_certain_or_predictions_are_no_numbers():
@@ -152,7 +169,7 @@ def test_nothing_is_offered_in_which_one_of_the_sets_falls(paper, comparison):
     weak = comparison.rivals[1].fit
     model = weak.model.put({"actuation_delay_delay": 0.2, "torque_gain_gain": 0.2})
     falling = comparison._replace(rivals=(comparison.rivals[0], RivalModel((), weak._replace(model=model), 0.01)))
-    assert not simulate(experiments_of(paper)[0], paper, model, comparison.data, 0).is_safe
+    assert not simulate(experiments_of(paper)[0][0], paper, model, comparison.data, 0).is_safe
     assert next_experiment(falling, paper) is None
     (said, *by_hand) = on_next_experiment(None, falling, [ProbableEffect("dead_zone", 0.6, False, {}, (), "By hand.")])
     assert "near falling" in said
@@ -170,7 +187,7 @@ def test_a_robot_that_comes_near_falling_or_meets_its_limit_is_not_safe(comparis
 def test_the_command_drives_the_robot_by_the_policy_that_was_simulated(robot):
     with composing():
         sheet = instantiate(compose("real_rollout", ["experiment=excite", f"robot={robot}"]).robot)
-        for experiment in experiments_of(sheet):
+        for experiment in chain(*experiments_of(sheet)):
             words = [f"{key}={value}" for key, value in experiment.settings(sheet.control_period).items()]
             cfg = compose("real_rollout", ["experiment=excite", f"robot={robot}", *words])
             told, simulated = instantiate(cfg.policy), experiment.policy(sheet)
@@ -188,6 +205,9 @@ def test_what_other_effects_do_as_well_is_open_unless_no_sensor_tells_them_apart
     assert not is_open(Verdict.NAMED, [named], same)
     assert is_open(Verdict.NAMED, [replace(named, equivalents=("imu_mount_angle", "ground_slope"))], sure)
     assert is_open(Verdict.UNDECIDED, [], sure)
+    larger = [Rival(("com_offset",), 1.0, 0.6, 1.0), Rival(("com_offset", "dead_zone"), 0.9, 0.3, 1.0)]
+    assert is_open(Verdict.NAMED, [named], larger)
+    assert not is_open(Verdict.NAMED, [named], [larger[0], larger[1]._replace(negligible=("dead_zone",))])
     assert not is_open(Verdict.NONE, [replace(named, is_named=False, equivalents=("ground_slope",))], sure)
 
 

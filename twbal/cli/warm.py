@@ -113,7 +113,7 @@ def compile_what_few_diagnoses_need() -> None:
     )
     model = Model(planar_parameters(_ROBOT, {}), 0.0, NoiseModel(np.full(4, 0.01), np.zeros(2)))
     data = Data([seen], 1)
-    simulate(experiments_of(_ROBOT)[0], _ROBOT, model, data, 0)
+    simulate(experiments_of(_ROBOT)[0][0], _ROBOT, model, data, 0)
     linear = data.linear(model)
     kalman, push = data.filter(model), linear.B[:, 0].copy()
     respond_each(linear.F, linear.C, kalman.gains, push, np.zeros((3, 2)))

@@ -7,6 +7,7 @@ from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
+from twbal.diagnosis.verdict import Tempering
 from twbal.effects.library import library
 from twbal.sysid.model import Data, Field
 from twbal.sysid.prediction_error_fit import Fit
@@ -40,16 +41,18 @@ class ModelComparison(NamedTuple):
         chosen: the set that the selection ended with.
         rivals: the likeliest sets, at most `MOST`, the likeliest first.
         candidates: effects that might be missing.
-        temperature: of their probabilities, by which log likelihood ratios are divided.
+        tempering: of their probabilities.
         allowed: standard deviations by which values may differ between recordings of one robot, by field.
+        base: the data sheet refitted.
     """
 
     data: Data
     chosen: FittedHypothesis
     rivals: tuple[RivalModel, ...]
     candidates: Sequence[Candidate]
-    temperature: float
+    tempering: Tempering
     allowed: Mapping[Field, float]
+    base: Fit
 
     @property
     def probabilities(self) -> list[float]:
@@ -60,33 +63,35 @@ class ModelComparison(NamedTuple):
 def compare_models(
     problem: Problem,
     selection: Selection,
-    weights: Mapping[tuple[str, ...], float],
-    temperature: float,
+    rivals: Sequence[Rival],
+    tempering: Tempering,
     allowed: Mapping[Field, float],
 ) -> ModelComparison:
     """The likeliest sets of a selection: those that are listed, and two at least where so many were fitted.
 
-    Of sets that no data tell apart, the likeliest stands for all.
+    Of sets that no data tell apart, or that differ by negligible effects alone, the likeliest stands for all.
     """
-    first: dict[tuple[str, ...], FittedHypothesis] = {}
-    for w in sorted(selection.sets, key=lambda w: -weights[w.names]):
-        first.setdefault(_told_apart(w.names), w)
-    together = _together((names, weights[names]) for names in weights)
+    fitted, first = {w.names: w for w in selection.sets}, dict[tuple[str, ...], FittedHypothesis]()
+    for rival in sorted(rivals, key=lambda rival: -rival.probability):
+        first.setdefault(_told_apart(rival.essential), fitted[rival.names])
+    together = _together(rivals)
     ordered = sorted(first, key=lambda names: -together[names])
     kept = [names for i, names in enumerate(ordered[:MOST]) if i < 2 or together[names] >= LISTED]
     total = sum(together[names] for names in kept)
-    rivals = tuple(RivalModel(first[n].names, first[n].fit, together[n] / total) for n in kept)
-    return ModelComparison(problem.data, selection.chosen, rivals, problem.candidates, temperature, allowed)
+    models = tuple(RivalModel(first[n].names, first[n].fit, together[n] / total) for n in kept)
+    data, base = problem.data, selection.base.fit
+    return ModelComparison(data, selection.chosen, models, problem.candidates, tempering, allowed, base)
 
 
 def is_open(verdict: Verdict, effects: Sequence[ProbableEffect], rivals: Sequence[Rival]) -> bool:
     """Whether other data could tell more.
 
-    Nothing was named; or no set of effects, with those that no data tell from it, is as likely as `SURE`; or something
-    was named that other effects do as well, but not exactly the same to all that the robot measures.
+    Nothing was named; or no set of effects, with those that no data tell from it or that differ by negligible effects
+    alone, is as likely as `SURE`; or something was named that other effects do as well, but not exactly the same to all
+    that the robot measures.
     """
     known = library()
-    unsure = max(_together((rival.names, rival.probability) for rival in rivals).values(), default=1.0) < SURE
+    unsure = max(_together(rivals).values(), default=1.0) < SURE
     return (
         verdict.is_open
         or unsure
@@ -100,9 +105,10 @@ def _told_apart(names: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted(min(name, *known[name].same_as) if known[name].same_as else name for name in names))
 
 
-def _together(sets: Iterable[tuple[tuple[str, ...], float]]) -> dict[tuple[str, ...], float]:
-    """Probabilities of sets of effects, added up over those that no data tell apart."""
+def _together(rivals: Iterable[Rival]) -> dict[tuple[str, ...], float]:
+    """Probabilities of sets of effects, added up over those that no data tell apart and those that say the same."""
     found: dict[tuple[str, ...], float] = {}
-    for names, probability in sets:
-        found[_told_apart(names)] = found.get(_told_apart(names), 0.0) + probability
+    for rival in rivals:
+        names = _told_apart(rival.essential)
+        found[names] = found.get(names, 0.0) + rival.probability
     return found

@@ -41,7 +41,7 @@ from twbal.diagnosis.objections import (
 )
 from twbal.diagnosis.power import detection_power
 from twbal.diagnosis.power_record import DetectionPower
-from twbal.diagnosis.probable import Weights, outweighed, probable_effects
+from twbal.diagnosis.probable import Weights, outweighed, probable_effects, surely_negligible
 from twbal.diagnosis.problem import Problem, Selection
 from twbal.diagnosis.record import (
     LIKELY,
@@ -64,6 +64,7 @@ from twbal.diagnosis.verdict import (
     log_prior_odds,
     probabilities,
     temperature_of,
+    tempering_of,
 )
 from twbal.effects.library import library
 from twbal.planar.parameters import PlanarParameters, planar_parameters
@@ -115,7 +116,8 @@ def name_effects(
     against = partial(_objected, problem, weights=weights, extent=extent, largest=largest_noise(robot))
     selection = _with_unobjected(problem, selection, weights, against, progress)
     differences = allowed_differences(problem, selection.chosen)
-    comparison = compare_models(problem, selection, weights, temperature_of(selection, settings), differences)
+    rivals = _rivals(data, selection, weights, settings)
+    compared = compare_models(problem, selection, rivals, tempering_of(selection, settings), differences)
     power, chance = _further_effects(problem, selection, extent)
     selection = _with_settled_values(problem, selection, progress)
     problem = problem.tempered(selection.chosen.temperature)
@@ -128,8 +130,7 @@ def name_effects(
     named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     if verdict is Verdict.UNKNOWN:
         named, effects_found = _guessed(problem, selection, effects_found, objected)
-    tilts = log_offsets(settings.tolerances, len(recordings), several_runs=False)  # the rest is none of its own
-    nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), tilts))
+    nominal = _nominal(data, start._replace(noise=selection.base.fit.model.noise), settings)
     fitted = _filter_result(data, selection.base, effects)
     last = fitted if named is selection.base else _filter_result(data, named, effects)
     return Findings(
@@ -138,7 +139,7 @@ def name_effects(
         added=named.names,
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, statistic, settings) if verdict is Verdict.DATA_SHEET else (),
-        rivals=_rivals(selection, weights),
+        rivals=rivals,
         autocorrelation=autocorrelation_of(data, nominal, named.fit.model),
         is_autocorrelated=named.autocorrelation > autocorrelation_limit(data.count, settings),
         noise=sensed_values(data, named.fit.model.noise.sensors),
@@ -149,7 +150,7 @@ def name_effects(
         named=last,
         without=_without_each(problem, named, fitted, effects),
         refitted_data_sheet=shifts_of(selection.base, settings),
-        comparison=comparison,
+        comparison=compared,
         power=power,
         null_score=chance,
         drawn=drawn_effects(data, named, last.effects, settings.blocks),
@@ -170,6 +171,12 @@ def _begun(
     start = Model(planar, 0.0, first_noise(robot, data.sensed), (Offsets(),) * (logs[0] if offsets else 0))
     start = start._replace(balanced=logs[0] if logs[1] and offsets else 0)
     return data, start, always_free(settings.tolerances, planar, *logs, given)
+
+
+def _nominal(data: Data, start: Model, settings: Settings) -> Model:
+    """The simulation as it is, with offsets of the tilts and noise as fitted: what else is free is none of its own."""
+    tilts = log_offsets(settings.tolerances, len(data.recordings), several_runs=False)
+    return with_fitted_noise(data, with_offsets(data, start, tilts))
 
 
 def _against_chance(
@@ -374,10 +381,13 @@ def _guessed(
     return guess or selection.base, widened_by(effects, _PARTIAL) if is_partial else effects
 
 
-def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:
+def _rivals(data: Data, selection: Selection, weights: Weights, settings: Settings) -> tuple[Rival, ...]:
     """All sets that were fitted, the best first."""
-    base = selection.base
-    found = [Rival(w.names, base.bic - w.bic, weights[w.names], w.autocorrelation) for w in selection.sets]
+    base, small = selection.base, surely_negligible(data, selection, weights, settings)
+    found = [
+        Rival(w.names, base.bic - w.bic, weights[w.names], w.autocorrelation, small.get(w.names, ()))
+        for w in selection.sets
+    ]
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 

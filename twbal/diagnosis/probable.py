@@ -31,6 +31,8 @@ from twbal.sysid.prediction_error_fit import slopes_of
 
 _TRIFLE = 0.5
 """Share of `thresholds.min_effect_size`. Smaller effects are seldom true on other robots."""
+_SURELY = 0.05  # probability that an effect is larger than a trifle, below which it is surely none
+_LEAST = 0.005  # probability of a set, below which it is not asked
 
 Weights = Mapping[tuple[str, ...], float]
 """Probability of each set of effects that was fitted, by its names, as sets compare with each other."""
@@ -165,6 +167,33 @@ def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: f
         sizes = NormalDist(size, max(error, 1e-9 * abs(p.start - p.none)))
         chances.append(sizes.cdf(-limit) + 1.0 - sizes.cdf(limit))
     return max(chances)
+
+
+def surely_negligible(
+    data: Data, selection: Selection, weights: Weights, settings: Settings
+) -> Mapping[tuple[str, ...], tuple[str, ...]]:
+    """Names of the effects that are surely too small to matter, by the names of each set that has some.
+
+    Of two sets, of which one holds an effect more, the larger one is never ruled out by data: its further effect
+    becomes small, and the price of a parameter is all that speaks against it. So the question which of both is true
+    stays open for ever, and means nothing once that effect is surely smaller than a trifle.
+
+    Args:
+        data: recordings that the sets were fitted to.
+        selection: the sets.
+        weights: probabilities of the sets; those of hardly any are not asked.
+        settings: of the diagnosis.
+    """
+    least = _TRIFLE * settings.thresholds.min_effect_size
+    found: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for w in selection.sets:
+        if weights[w.names] < _LEAST or not w.effects:
+            continue
+        sizes = estimates(data, w, w.effects, settings)
+        small = [c.name for c in w.effects if chance_of_size(c, sizes[c.name], least) < _SURELY]
+        if small:
+            found[w.names] = tuple(sorted(small))
+    return found
 
 
 def objected_to(effect: str, objected: Sequence[Objection]) -> Objected:

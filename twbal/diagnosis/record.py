@@ -119,12 +119,19 @@ class Rival(NamedTuple):
         score: twice the log likelihood it gains over the data sheet alone, less its parameters' price [nats].
         probability: as sets compare with each other (`verdict.probabilities`).
         autocorrelation: of the residuals it leaves; 1 is that of white ones.
+        negligible: those of its effects that are surely too small to matter.
     """
 
     names: tuple[str, ...]
     score: float
     probability: float
     autocorrelation: float
+    negligible: tuple[str, ...] = ()
+
+    @property
+    def essential(self) -> tuple[str, ...]:
+        """Its effects without those that are negligible."""
+        return tuple(name for name in self.names if name not in self.negligible)
 
 
 GIVEN_EFFECTS = "effects that the simulation has"

@@ -81,6 +81,24 @@ def projected(distance: Array, J: Array, H: Array) -> float:
     return 0.5 * max(float(distance @ distance - pull @ moved), 0.0)
 
 
+def expected_probability(divergences: Array, probabilities: Sequence[float], temperature: float) -> float:
+    """Probability that the true model is expected to have after the experiment, whichever of them that is.
+
+    Where model i is true, the odds of model j against it fall to p_j / p_i exp(-D_ij / T): the likelihood ratio is
+    taken to be its mean. Unlike in the mean of D_ij, a pair that is easy to tell apart counts for no more than its
+    share.
+
+    Args:
+        divergences: (R, R), D_ij [nats].
+        probabilities: of the models before.
+        temperature: T, by which log likelihood ratios are divided.
+    """
+    p = np.asarray(probabilities)
+    found = p**2 / (np.exp(-divergences / temperature) * p).sum(axis=1)
+    expected = float(found.sum())
+    return expected if np.isfinite(expected) else 0.0
+
+
 def expected_separation(divergences: Array, probabilities: Sequence[float]) -> float:
     """Mean of D_ij over pairs of different models, weighed by the probabilities of both [nats].
 

@@ -1,6 +1,7 @@
 """The verdict: of a selection, and after rollouts on held-out data; and the probability of each set."""
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -143,8 +144,36 @@ def log_prior_odds(settings: Settings) -> float:
     return float(np.log(settings.prior / (1.0 - settings.prior)))
 
 
+class Tempering(NamedTuple):
+    """What the temperature of the probabilities of sets comes from; see `probabilities`.
+
+    Attributes:
+        least: temperature by the autocorrelation that the best set leaves.
+        misfit_share: share of the gain that is due to all else that a robot's form differs in.
+        gain: of the best set, in -2 log likelihood.
+    """
+
+    least: float
+    misfit_share: float
+    gain: float
+
+    @property
+    def temperature(self) -> float:
+        """By which log likelihood ratios of sets are divided."""
+        return max(self.least, self.misfit_share * self.gain)
+
+    def after(self, gain: float) -> float:
+        """The temperature once further data have brought the best set a further gain."""
+        return max(self.least, self.misfit_share * (self.gain + gain))
+
+
 def temperature_of(selection: Selection, settings: Settings) -> float:
-    """By which log likelihood ratios of sets are divided; see `probabilities`.
+    """By which log likelihood ratios of sets are divided; see `probabilities`."""
+    return tempering_of(selection, settings).temperature
+
+
+def tempering_of(selection: Selection, settings: Settings) -> Tempering:
+    """What the temperature of a selection comes from.
 
     The gain of a tilt filter alone does not count: it is larger than that of most effects, and on other robots it held
     small effects back that were there.
@@ -152,7 +181,7 @@ def temperature_of(selection: Selection, settings: Settings) -> float:
     weighed = [w for w in selection.sets if _is_weighed(w, selection.chosen)]
     begin = min([selection.base.bic, *(w.bic for w in weighed if w.names == (TILT_FILTER,))])
     gain = begin - min(w.bic for w in weighed)
-    return max(settings.least_temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)
+    return Tempering(settings.least_temperature * selection.chosen.autocorrelation, settings.misfit_share, gain)
 
 
 def _is_weighed(hypothesis: FittedHypothesis, chosen: FittedHypothesis) -> bool:
