@@ -38,7 +38,7 @@ def brought(tmp_path):
     def bring(rows, *overrides, names=NAMES, period=None, min_length=50):
         path = tmp_path / "log.csv"
         path.write_text(text(rows, names=names))
-        return import_file(path, mapping(*overrides), Wanted(CHANNELS, period, min_length), SOURCE)
+        return import_file(path, mapping(*overrides), Wanted(lambda period: CHANNELS, period, min_length), SOURCE)
 
     return bring
 
@@ -230,7 +230,7 @@ def test_a_header_again_needs_a_column_of_time(brought, tmp_path):
     (tmp_path / "log.csv").write_text(text(ROWS[:200, 1:], names=NAMES[1:]) + text(ROWS[200:, 1:], names=NAMES[1:]))
     of_rate = mapping("import.quantities={time:null}", "import.rate=100")
     with pytest.raises(LogError, match=r"Line 202 of .* is its header again, and without a column of time"):
-        import_file(tmp_path / "log.csv", of_rate, Wanted(CHANNELS, None, 50), SOURCE)
+        import_file(tmp_path / "log.csv", of_rate, Wanted(lambda period: CHANNELS, None, 50), SOURCE)
 
 
 def test_a_rate_stands_in_for_time(brought):
@@ -312,7 +312,7 @@ def test_lines_that_are_no_rows_are_no_samples(between, brought, tmp_path):
     lines = (tmp_path / "log.csv").read_text().splitlines(keepends=True)
     (tmp_path / "log.csv").write_text("".join([*lines[:90], between, *lines[90:200], between, between, *lines[200:]]))
     chosen = mapping("import.quantities.time=null", f"import.rate={1 / PERIOD}")
-    found = import_file(tmp_path / "log.csv", chosen, Wanted(CHANNELS, None, 50), SOURCE)
+    found = import_file(tmp_path / "log.csv", chosen, Wanted(lambda period: CHANNELS, None, 50), SOURCE)
     np.testing.assert_allclose(np.diff(seen(only(found), "time")), PERIOD)
     assert not any("missing" in note for note in found.notes)
 
@@ -524,7 +524,7 @@ def test_files_of_arrays_read_like_text(suffix, tmp_path):
         np.save(path, np.rec.fromarrays(list(by_name.values()), names=",".join(NAMES)))
     else:
         scipy.io.savemat(path, {**by_name, "note": "by hand"})
-    episode = only(import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE))
+    episode = only(import_file(path, mapping(), Wanted(lambda period: CHANNELS, None, 50), SOURCE))
     assert seen(episode, "tilt") == pytest.approx(ROWS[:, 1])
 
 
@@ -539,9 +539,9 @@ def test_columns_of_unequal_lengths_are_told_to_be(suffix, tmp_path):
     else:
         scipy.io.savemat(path, by_name)
     with pytest.raises(LogError, match=r"unequal lengths: 'tilt' has 399 values, and 'time' has 400\. Expected"):
-        import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE)
+        import_file(path, mapping(), Wanted(lambda period: CHANNELS, None, 50), SOURCE)
     without = mapping("import.quantities.tilt=null")
-    episode = only(import_file(path, without, Wanted(CHANNELS, None, 50), SOURCE))
+    episode = only(import_file(path, without, Wanted(lambda period: CHANNELS, None, 50), SOURCE))
     assert len(episode) == 399
 
 
@@ -550,7 +550,7 @@ def test_a_file_that_only_has_their_name_is_refused(suffix, tmp_path):
     path = tmp_path / f"log{suffix}"
     path.write_text("no such thing")
     with pytest.raises(LogError, match=re.escape(str(path))):
-        import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE)
+        import_file(path, mapping(), Wanted(lambda period: CHANNELS, None, 50), SOURCE)
 
 
 BAD = {
@@ -583,7 +583,9 @@ def measured_logs():
 @pytest.mark.skipif(not measured_logs(), reason="the logs of the real robot are not here")
 def test_the_real_robots_logs_are_read_without_hand_edits():
     for path in measured_logs():
-        imported = import_file(path, mapping("import=regbot", "robot=regbot"), Wanted(CHANNELS, None, 50), SOURCE)
+        imported = import_file(
+            path, mapping("import=regbot", "robot=regbot"), Wanted(lambda period: CHANNELS, None, 50), SOURCE
+        )
         episode = only(imported)
         assert episode.control_period == pytest.approx(0.015)
         assert {e.channel for e in episode.estimated} == {"tilt_rate", "wheel_rate", "yaw_rate", "acceleration"}

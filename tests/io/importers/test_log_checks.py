@@ -5,7 +5,9 @@ import pytest
 
 from twbal.core.errors import ConfigError
 from twbal.io.importers.checks.doubt import LogPart
+from twbal.io.importers.checks.frozen import frozen_doubts
 from twbal.io.importers.checks.implausible_values import constant_doubts, tilt_doubts, torque_doubts
+from twbal.io.importers.checks.jumps import without_jumps
 from twbal.io.importers.checks.repeated_rows import held_doubts, longest_repeat, rows_held
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.mapping import mapping
@@ -93,3 +95,59 @@ def test_a_tilt_that_is_counted_from_hanging_or_from_lying_is_told_with_its_offs
     assert "is it in degrees, or another column" in found.sentence
     assert ("(mend `offset`" in found.sentence) == (offset is not None)
     assert offset is None or f"`offset`: {offset})" in found.sentence
+
+
+def moving(seconds=20.0, period=0.01, seed=5):
+    """A log of smooth motions with the noise of sensors: tilt, its rate, the wheels, and the command."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, seconds, period)
+    tilt = 0.05 * np.sin(3.0 * time) + 0.02 * np.sin(7.1 * time)
+    rate = np.gradient(tilt, period)
+    noisy = {
+        "tilt": tilt + 1e-4 * rng.standard_normal(len(time)),
+        "tilt_rate": rate + 1e-3 * rng.standard_normal(len(time)),
+        "wheel_angle": np.round((8.0 * np.sin(1.1 * time) - tilt) / 0.01) * 0.01,
+    }
+    command = 2.0 * tilt + 0.3 * rate + 0.01 * rng.standard_normal(len(time))
+    return {"time": time, **noisy}, command
+
+
+def frozen(signals, command, names, begin, end):
+    """What is said where channels keep the value that they had at `begin` [s], until `end`."""
+    of_log = {name: values.copy() for name, values in signals.items()}
+    rows = (of_log["time"] >= begin) & (of_log["time"] < end)
+    for name in names:
+        of_log[name][rows] = of_log[name][np.argmax(rows)]
+    return [doubt.sentence for doubt in frozen_doubts(LogPart(0.01, of_log, command[:-1], {}, False, False, None))]
+
+
+@pytest.mark.parametrize(("begin", "end"), [(3.0, 20.0), (8.0, 10.0), (12.0, 12.5)])
+def test_an_imu_that_hangs_in_mid_log_is_told_with_its_times(begin, end):
+    (sentence,) = frozen(*moving(), ["tilt", "tilt_rate"], begin, end)
+    assert f"stand still from {begin:g} s to {end - 0.01:.6g} s" in sentence
+    assert "the IMU was not read" in sentence
+
+
+def test_an_encoder_that_comes_loose_is_told():
+    (sentence,) = frozen(*moving(), ["wheel_angle"], 12.0, 20.0)
+    assert "wheel_angle stands still from 12 s" in sentence
+
+
+def test_sensors_that_work_and_robots_at_rest_are_not_told_of():
+    signals, command = moving()
+    assert frozen(signals, command, [], 0.0, 0.0) == []
+    assert frozen(signals, command, ["tilt_rate"], 5.0, 6.0) == []  # the tilt goes on: no IMU that hangs
+    resting = command.copy()
+    resting[:500] = 0.0
+    assert frozen(signals, resting, ["tilt", "tilt_rate", "wheel_angle"], 0.0, 5.0) == []
+    coarse = {**signals, "tilt": np.round(signals["tilt"], 2), "tilt_rate": np.round(signals["tilt_rate"], 1)}
+    assert frozen(coarse, command, [], 0.0, 0.0) == []
+
+
+@pytest.mark.parametrize("offset", [0.0, np.pi])
+def test_a_tilt_that_wraps_round_is_told_so_and_nothing_else_of_it(offset, paper):
+    signals, command = moving()
+    wrapped = {**signals, "tilt": np.mod(signals["tilt"], 2.0 * np.pi) - offset}  # from 0, or of an IMU upside down
+    doubts, mended = without_jumps(LogPart(0.01, wrapped, command[:-1], {}, False, False, paper))
+    (doubt,) = doubts
+    assert "it wraps round" in doubt.sentence and "wraps: 360" in doubt.sentence
+    np.testing.assert_allclose(np.diff(mended.signals["tilt"]), np.diff(signals["tilt"]), atol=1e-9)

@@ -13,7 +13,7 @@ from hydra import compose
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig, OmegaConf, open_dict
 
 from twbal.cli.artefacts import paths_in
 from twbal.cli.commands import text
@@ -30,6 +30,7 @@ from twbal.cli.imported_before import imported_before
 from twbal.cli.log_files import check_log_file
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
+from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError, LogError
 from twbal.core.files import file_hash, unused, write_atomically
@@ -96,12 +97,23 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     mapping: Mapping = _mapping(cfg["import"])
     config = recorded(cfg, NOT_RECORDED)
     provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=config)
-    wanted = Wanted(instantiate(cfg.state), settings.period, settings.min_length, robot)
+    wanted = Wanted(partial(_channels_at, cfg), settings.period, settings.min_length, robot)
     step = StageWork("import-log", out, config, {"files": files}, 0)
     manifest = perform(step, lambda: _import_to_files(files, unreadable, mapping, wanted, provenance, out))
     for sentence in imported_before(manifest, out):
         print(f"  WARNING: {sentence}")
     return manifest
+
+
+def _channels_at(cfg: DictConfig, period: float) -> Channels:
+    """The state of a robot that has the control period of a log [s], whatever its sheet says."""
+    if abs(period - cfg.robot.control_period) > SAME_PERIOD:
+        of_log = cfg.copy()
+        with open_dict(of_log):
+            of_log.robot.control_period = period
+        cfg = of_log
+    channels: Channels = instantiate(cfg.state)
+    return channels
 
 
 def _mapping(cfg: DictConfig) -> Mapping:

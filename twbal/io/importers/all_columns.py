@@ -9,7 +9,7 @@ import numpy as np
 
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
-from twbal.io.importers.arrays import named_arrays, other_lengths
+from twbal.io.importers.arrays import left_out, named_arrays
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
 from twbal.io.importers.fields import MISSING, is_time
 from twbal.io.importers.formats import reader_of
@@ -94,20 +94,14 @@ def _plain(field: str) -> bool:
 
 
 def passed_over(path: Path) -> list[str]:
-    """Lines on columns that `all_columns` leaves out, as they have another number of values than most.
-
-    A single value is a parameter, and no column.
+    """Lines on columns that `all_columns` leaves out, as they are text, or have another number of values than most.
 
     Raises:
         LogError: the log cannot be read.
     """
     if reader_of(path) is None:
         return []
-    return [
-        f"   -  {name:24} passed over: it has {count} values, which is not one a row"
-        for name, count in other_lengths(path).items()
-        if count > 1
-    ]
+    return [f"   -  {name:24} passed over: {why}" for name, why in left_out(path).items()]
 
 
 def row_of(number: int, column: Column) -> str:

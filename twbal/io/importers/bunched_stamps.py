@@ -2,7 +2,8 @@
 
 A packet is stamped when it arrives, after its last row was taken. So that row is where its packet's stamp is, but for
 how late the packet came, and the rows before it are one period of the loop earlier each. The period is the slope of
-arrivals over rows. A lost packet moves all arrivals after it; one that is late moves none but its own.
+arrivals over rows. A lost packet moves all arrivals after it; one that is late moves none but its own. The first and
+the last bunch of a recording may be cut: a clock of whole seconds stamps the last rows before a second is full.
 """
 
 from collections.abc import Mapping
@@ -23,7 +24,10 @@ _LAG = 50  # bunches from which to which a first period is taken
 _NEAR = 16  # bunches, the earliest of which is on time
 _LOST = 0.5  # of the rows of a bunch, from which on a shift of all later arrivals is a loss; or of one row
 _ROUNDS = 6  # of numbering rows by the period, and taking the period from the numbers
-_ANGLES = "wheel_angle", "distance", "tilt"
+_FAR = 20  # typical times between bunches from which on a recording ends, and numbers begin anew
+_USUAL = 0.1, 0.9  # quantiles of the rows of bunches between which those of the first and the last bunch are typical
+ANGLES = "wheel_angle", "distance", "tilt"
+"""Quantities that change smoothly, and tell how much time there was between two rows."""
 
 
 class Bunches(NamedTuple):
@@ -31,15 +35,17 @@ class Bunches(NamedTuple):
 
     Attributes:
         numbers: of the period in which each row was taken (n,), from 0 on in each part; lost rows have one, too.
-        parts: indices at which time was set back, or the numbers begin anew.
+        parts: indices at which time was set back or went far ahead, and the numbers begin anew.
+        last: (b,) indices of the last row of each bunch.
         period: mean step [s].
         doubt: twice its standard error [s].
         rows: of a bunch, in the mean.
-        late: standard deviation of when bunches arrive [s].
+        late: standard deviation of when bunches arrive [s]; the first and last of each part count where they are whole.
     """
 
     numbers: NDArray[np.int64]
     parts: NDArray[np.int64]
+    last: NDArray[np.int64]
     period: float
     doubt: float
     rows: float
@@ -50,6 +56,16 @@ class Bunches(NamedTuple):
         begins = np.concatenate([[0], self.parts])
         origins = np.repeat(stamps[begins], np.diff(np.append(begins, len(stamps))))
         return np.asarray(origins + period * self.numbers)
+
+
+def mean_step(stamps: Array) -> float:
+    """Step in the mean over windows of rows, of which the median is taken, so that pauses do not count [s].
+
+    Args:
+        stamps: (n,), two at least [s].
+    """
+    window = max(min(_WINDOW, (len(stamps) - 1) // 4), 1)
+    return float(np.median(stamps[window:] - stamps[:-window]) / window)
 
 
 def bunches_of(stamps: Array, signals: Mapping[str, Array], rows: Array) -> Bunches | None:
@@ -64,16 +80,16 @@ def bunches_of(stamps: Array, signals: Mapping[str, Array], rows: Array) -> Bunc
         rows: (n, m) as they were written.
     """
     steps = np.diff(stamps)
-    window = min(_WINDOW, len(steps) // 4)
-    if window < _FEWEST or np.mean(steps < 0.0) > _BACKWARD:
+    if len(steps) < 4 * _FEWEST or np.mean(steps < 0.0) > _BACKWARD:
         return None
-    short = (steps >= 0.0) & (steps < _SHORT * np.median(stamps[window:] - stamps[:-window]) / window)
+    short = (steps >= 0.0) & (steps < _SHORT * mean_step(stamps))
     again = (steps == 0.0) & (rows[1:] == rows[:-1]).all(axis=1)
     if short.mean() < _MANY or again.sum() > 0.5 * short.sum() or (~short).sum() < _FEWEST:
         return None
     if not _is_even(short, steps, signals):
         return None
-    return _numbered(stamps, np.flatnonzero(np.append(~short, True)), np.flatnonzero(steps < 0.0) + 1)
+    far = steps > _FAR * np.median(steps[~short])
+    return _numbered(stamps, np.flatnonzero(np.append(~short, True)), np.flatnonzero((steps < 0.0) | far) + 1)
 
 
 def _is_even(short: Mask, steps: Array, signals: Mapping[str, Array]) -> bool:
@@ -82,7 +98,7 @@ def _is_even(short: Mask, steps: Array, signals: Mapping[str, Array]) -> bool:
     A noisy angle does so in an uneven loop, too; one that is clean does not.
     """
     usual = ~short & (steps >= 0.0) & (steps < 2.0 * np.median(steps[~short]))
-    changes = [np.nan_to_num(np.abs(np.diff(signals[name]))) for name in _ANGLES if name in signals]
+    changes = [np.nan_to_num(np.abs(np.diff(signals[name]))) for name in ANGLES if name in signals]
     moving = [each for each in changes if np.count_nonzero(each) >= _FEWEST]
     return all(bool(each[short].mean() >= _EVENLY * each[usual].mean()) for each in moving)
 
@@ -91,22 +107,52 @@ def _numbered(stamps: Array, last: NDArray[np.int64], parts: NDArray[np.int64]) 
     """The bunches, of which `last` are the last rows."""
     arrivals, counts = stamps[last], np.diff(last, prepend=-1)
     part_of = np.searchsorted(parts, last, side="right")
-    lag = min(_LAG, max(int(np.bincount(part_of).max()) // 2, 1))  # which the longest part has
-    together = part_of[lag:] == part_of[:-lag]
-    period = float(np.median(((arrivals[lag:] - arrivals[:-lag]) / (last[lag:] - last[:-lag]))[together]))
-    numbers, lines = last.astype(np.int64), [np.flatnonzero(part_of == k) for k in range(len(parts) + 1)]
+    lines = _whole(counts, part_of)
+    whole = np.concatenate(lines)
+    lag = min(_LAG, max(map(len, lines)) // 2)  # of the longest part
+    together = part_of[whole[lag:]] == part_of[whole[:-lag]]
+    period = float(np.median((_ahead(arrivals[whole], lag) / _ahead(last[whole], lag))[together]))
+    lost = np.zeros(len(last), np.int64)
     for _ in range(_ROUNDS):
         for line in lines:
-            lost = _lost(arrivals[line] / period - last[line], float(np.median(counts)))
-            numbers[line] = last[line] + lost
+            lost[line] = _lost(arrivals[line] / period - last[line], float(np.median(counts)))
+        numbers = last + lost
         off = [(numbers[line] - numbers[line].mean(), arrivals[line] - arrivals[line].mean()) for line in lines]
         x, y = (np.concatenate(each) for each in zip(*off, strict=True))
         period = float(x @ y / (x @ x))
     late = float(np.std(y - period * x))
+    for line in lines:  # a cut bunch at the end goes on from the one before
+        after = line[-1] + 1
+        if after < len(last) and part_of[after] == part_of[line[-1]]:
+            numbers[after] = last[after] + lost[line[-1]]
     of_rows = np.repeat(numbers, counts) - (np.repeat(last, counts) - np.arange(len(stamps)))
     begins = np.concatenate([[0], parts])
     of_rows -= np.repeat(of_rows[begins], np.diff(np.append(begins, len(stamps))))
-    return Bunches(of_rows, parts, period, 2.0 * late / float(np.sqrt(x @ x)), float(counts.mean()), late)
+    return Bunches(of_rows, parts, last, period, 2.0 * late / float(np.sqrt(x @ x)), float(counts.mean()), late)
+
+
+def _ahead(values: Array | NDArray[np.int64], lag: int) -> Array:
+    """By how much values are more so many places further on, (n - lag,)."""
+    return np.asarray(values[lag:] - values[:-lag], float)
+
+
+def _whole(counts: NDArray[np.int64], part_of: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """The bunches of each part that has any; its first and its last only where they have typically many rows.
+
+    Args:
+        counts: rows of each bunch (b,).
+        part_of: number of the part that it is in (b,).
+    """
+    new = part_of[1:] != part_of[:-1]
+    inner = ~(np.append(True, new) | np.append(new, True))
+    usable = np.ones(len(counts), bool)
+    if inner.any():
+        least, most = np.quantile(counts[inner], _USUAL)
+        usable = inner | ((counts >= least) & (counts <= most))
+    lines = [np.flatnonzero((part_of == k) & usable) for k in range(int(part_of[-1]) + 1)]
+    if max(map(len, lines)) < 2:
+        lines = [np.flatnonzero(part_of == k) for k in range(int(part_of[-1]) + 1)]
+    return [line for line in lines if len(line)]
 
 
 def _lost(behind: Array, rows: float) -> NDArray[np.int64]:

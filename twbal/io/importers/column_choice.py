@@ -7,9 +7,10 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
-from twbal.io.importers.column_names import COUNTED, COUNTING, FUSED
+from twbal.io.importers.column_names import COUNTING, FUSED
+from twbal.io.importers.column_units import COUNTED
 from twbal.io.importers.mapping import QUANTITIES, UNITS
-from twbal.io.importers.wraps import time_wrap
+from twbal.io.importers.wraps import time_wrap, turn_of, wraps_round
 
 _LARGEST_TILT = 3.5  # rad; a larger one is in degrees
 _STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -154,6 +155,9 @@ def unit_of(quantity: str, column: Column) -> Unit:
         for unit, of_a_second in _STEPS.items():
             if _PERIODS[0] <= step / of_a_second <= _PERIODS[1]:
                 return Unit(unit, f"unit by its steps of {step:.6g}")
+    for unit in ("deg", "rad") if quantity in ("tilt", "heading") else ():
+        if wraps_round(column.values, turn_of(unit)):
+            return Unit(unit, f"unit by its jumps of {turn_of(unit):.4g}")
     if quantity == "tilt" and largest > _LARGEST_TILT:
         return Unit("deg", f"unit by its largest value, {largest:.3g}")
     unit = QUANTITIES[quantity]

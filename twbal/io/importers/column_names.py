@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from twbal.io.importers.column_units import SPEEDS, stated_unit
 from twbal.io.importers.mapping import UNITS
 
 DUTY = "duty cycle"
@@ -15,7 +16,7 @@ CURRENT, QUATERNION = "current", "quaternion"
 COUNTING = {"count", "counts", "tick", "ticks", "pulse", "pulses"}
 """Words of columns that an encoder counts."""
 
-_RATE = {"rate", "vel", "velocity", "speed", "dot", "omega", "rpm", "dq", "qd"}
+_RATE = {"rate", "vel", "velocity", "speed", "dot", "omega", "rpm", "rps", "dq", "qd"}
 _ANGLE = {"angle", "pos", "position", "rad", "deg", "q", *COUNTING}
 _BODY = {"tilt", "pitch", "roll", "lean", "inclination"}
 _YAW = {"yaw", "heading"}
@@ -23,7 +24,10 @@ _WHEEL = {"wheel", "wheels", "motor", "motors"}
 _ENCODER = {"enc", "encoder", "encoders"}
 _GYRO = {"gyro", "gyr", "gyroscope"}
 _ACCELEROMETER = {"acc", "accel", "accelerometer", "acceleration"}
-_TIME = {"t", "time", "timestamp", "stamp", "clock", "millis", "micros", "sec", "seconds", "ms", "us", "ns", "elapsed"}
+_INSTANT = {"time", "timestamp", "stamp", "clock", "millis", "micros", "elapsed"}
+_TIME = {"t", "sec", "secs", "seconds", "ms", "us", "ns", *_INSTANT}
+_MOTION = {*_RATE, *_BODY, *_YAW, *_WHEEL, *_ENCODER, *_GYRO, "rad", "deg"}
+"""Words of columns that are no time, also where they have a word of one: that may be of a unit (`gyro_y foo/sec`)."""
 _ZONES = {"utc", "gmt", "local", *("pst", "pdt", "mst", "mdt", "cst", "cdt", "est", "edt", "bst", "cet", "cest", "jst")}
 _DRIVE = {"torque": "command", "tau": "command", "voltage": "voltage", "volt": "voltage", "volts": "voltage"} | {
     word: DUTY for word in ("duty", "pwm")
@@ -39,7 +43,13 @@ _VAGUE = {  # a letter that books use for this and for that; a command of what i
     **{"dphi": "wheel_rate", "u": "command", "command": "command", "cmd": "command", "control": "command"},
     **{"effort": "command", "effort command": "command", "wheel": "wheel_angle", "wheels": "wheel_angle"},
 }
-_OF_SIDES = {"rpm": "wheel_rate", "tick": "wheel_angle", "ticks": "wheel_angle", "counts": "wheel_angle"}
+_OF_SIDES = {
+    "rpm": "wheel_rate",
+    "rps": "wheel_rate",
+    "tick": "wheel_angle",
+    "ticks": "wheel_angle",
+    "counts": "wheel_angle",
+}
 _PERHAPS_OF_SIDES = {"pos": "wheel_angle", "position": "wheel_angle", "angle": "wheel_angle", "speed": "wheel_rate"} | {
     word: "wheel_rate" for word in ("vel", "velocity")
 }
@@ -66,33 +76,12 @@ _GLUED = (  # words that are written as one
     (r"(?i)\b(gyro|gyr|acc|accel)([xyz])\b", r"\1 \2"),
     (r"(?i)\bg([xyz])\b", r"gyro \1"),
     (r"(?i)\bq([wxyz])\b", r"quaternion \1"),
-    (r"(?i)\b(pwm|duty|torque|enc|encoder|ticks|pos|speed|vel|rpm|wheel|motor)([lr])\b", r"\1 \2"),
+    (r"(?i)\b(pwm|duty|torque|enc|encoder|ticks|pos|speed|vel|rpm|rps|wheel|motor)([lr])\b", r"\1 \2"),
     (r"(?i)(wheel|motor|encoder|pitch|tilt|yaw|roll|body)(?=angle|rate|speed|vel|pos|dot|count|tick)", r"\1 "),
     (r"([A-Za-z])(\d)", r"\1 \2"),
     (r"(?i)\bper\s+(s|sec|second)\b", "rate"),
+    (r"(?i)\b(counts?|ticks?|pulses?|steps)\s*/\s*(s|sec|second)\b", r"\1 rate"),
 )
-_UNIT = re.compile(
-    r"[\[(]([^\])]+)[\])]"
-    r"|(?<=.)_((?:rad|deg|m)_per_s(?:ec)?|(?<!per_)(?:s|ms|us|ns|rad|deg|rad_s|deg_s|rad/s|deg/s|dps|rpm)"
-    r"|m|mm|cm|v|mv|nm|mnm)$"
-    r"|(?<=.) (s|ms|us|ns|rad|deg|degrees|°|rad/s|deg/s|°/s|dps|rpm|mm|cm|nm|mnm)$",
-    re.I,
-)
-_ALIASES = {
-    **{"sec": "s", "seconds": "s", "msec": "ms", "usec": "us"},
-    **{"rad_s": "rad/s", "deg_s": "deg/s", "dps": "deg/s", "degrees": "deg"},
-    **{f"{unit}_per_{second}": f"{unit}/s" for unit in ("rad", "deg", "m") for second in ("s", "sec")},
-    **{"v": "V", "volt": "V", "mv": "mV", "nm": "N·m", "mnm": "mNm"},
-    **{"n m": "N·m", "n*m": "N·m", "n⋅m": "N·m", "mn m": "mNm", "mn*m": "mNm", "mn·m": "mNm", "mn⋅m": "mNm"},
-    **{"count": "counts", "tick": "ticks", "steps": "counts", "pulse": "counts", "pulses": "counts"},
-    **{"μs": "µs", "degree": "deg", "degrees/s": "deg/s"},  # the Greek letter; else it is the micro sign
-}
-COUNTED = ("counts", "ticks")
-"""Units of an encoder's numbers."""
-_SPEEDS = {"m/s", "cm/s", "mm/s"}
-_OTHER_UNITS = {*_SPEEDS, "m/s²", "%", "A", "mA", "N", *COUNTED}  # that tell what a column is not
-_RANGE = re.compile(r"[+-]?\d+\s*(?:\.\.+|…|-|–|to)\s*[+-]?\d+")  # in the place of a unit, as in `pwm [-255..255]`
-_TIMES = {"ms", "us", "ns"}  # units that stand for the column of the time
 _NUMBERED = re.compile(r"((?:\d+\s+)+)([A-Za-z].*)")
 
 
@@ -116,7 +105,7 @@ class Meaning(NamedTuple):
 
 def meaning_of(name: str) -> Meaning:
     """What a column's name says."""
-    unit, bare = _unit(name)
+    unit, bare = stated_unit(name)
     words = _words(bare)
     may_have_side = len(words) > 1 or (unit in UNITS["rad/s"] and words not in (["l"], ["r"]))  # `r` may be a yaw rate
     sides = [_SIDES[word] for word in words if word in _SIDES] if may_have_side else []
@@ -139,18 +128,13 @@ def is_of_wheel_speed(meaning: Meaning) -> bool:
     if meaning.quantity == "wheel_rate":
         return True
     words = set(meaning.stem)
-    return meaning.unit in _SPEEDS and bool(words & _RATE) and not words - _RATE - _WHEEL - _ENCODER - _FILLING
+    return meaning.unit in SPEEDS and bool(words & _RATE) and not words - _RATE - _WHEEL - _ENCODER - _FILLING
 
 
 def is_axis_of_accelerometer(meaning: Meaning) -> bool:
     """Whether a name says one axis of an accelerometer: `acc_x`, `ax`."""
     words = set(meaning.stem)
     return bool(words & _ACCELEROMETER and words & _AXES) or words in ({"ax"}, {"ay"}, {"az"})
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text is a unit, with or without brackets."""
-    return bool(_unit(f"x [{text.strip('[]() ')}]")[0])
 
 
 def names_in_comments(comments: Sequence[str], fields: Sequence[Sequence[str]], width: int) -> list[str]:
@@ -193,25 +177,6 @@ def _listed(text: str, count: int) -> list[str]:
     return [f"{common.strip()} {name}" + f" [{unit}]" * bool(unit) for name, unit in zip(names, units, strict=True)]
 
 
-def _unit(name: str) -> tuple[str, str]:
-    """The unit that a name states, "" without one, and the name without it."""
-    if name.lower() in _TIMES:
-        return name.lower(), name
-    found = _UNIT.search(name)
-    if not found:
-        return "", name
-    unit = (found[1] or found[2] or found[3]).strip()
-    if _RANGE.fullmatch(unit):
-        return "", name.replace(found[0], " ")
-    unit = _ALIASES.get(unit.lower(), unit)
-    known = next((each for each in (unit, unit.lower()) if _is_known(each)), "")  # `Deg`, `RPM`
-    return (known, name.replace(found[0], " ")) if known else ("", name)
-
-
-def _is_known(unit: str) -> bool:
-    return unit in _OTHER_UNITS or any(unit in units for units in UNITS.values())
-
-
 def _words(name: str) -> list[str]:
     name = name.replace("_", " ")
     for glued, apart in _GLUED:
@@ -232,7 +197,9 @@ def _quantity(words: set[str], unit: str) -> tuple[str | None, set[str]]:
         return _DRIVE[min(drive)], drive | _WHEEL
     if words & _WHEEL and unit in UNITS["V"]:
         return "voltage", _WHEEL
-    if words & _TIME:
+    if words & _INSTANT and words & _MOTION:
+        return None, set()  # when a sensor was read, or how long a motion took
+    if words & _TIME and not words & _MOTION:
         return "time", _TIME | _ZONES
     if (words & _GYRO and not words & _ANGLE) or ("angular" in words and axis and rate and not words & _WHEEL):
         return ("yaw_rate" if words & _YAW or "z" in axis else "tilt_rate"), _GYRO | _RATE | _BODY | _YAW | _AXES

@@ -1,6 +1,6 @@
 """From the columns of a foreign log to episodes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from pathlib import Path
@@ -29,6 +29,7 @@ from twbal.io.importers.sampling import FILLED, stretches
 from twbal.io.importers.text_files import read_text
 from twbal.io.importers.tilt_by_gyro import FILTER_TIME, tilt_by_gyro
 from twbal.io.importers.usable_rows import usable_rows
+from twbal.io.importers.wrap_doubts import with_ranges
 
 _LOOKED_AT = 20_000  # samples that are checked
 _PERIODS = 0.0005, 1.0  # s; control periods that a robot can have
@@ -46,13 +47,13 @@ class Wanted(NamedTuple):
     """What is to come out.
 
     Attributes:
-        channels: state channels of the episodes.
+        channels_at: state channels of episodes of a control period [s].
         period: control period of the episodes [s], a multiple of the log's; None keeps the log's.
         min_length: samples of a recording, below which it is left out.
         robot: data sheet with which sizes are compared; None compares signs alone.
     """
 
-    channels: Channels
+    channels_at: Callable[[float], Channels]
     period: float | None
     min_length: int
     robot: RobotParameters | None = None
@@ -82,14 +83,15 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     """
     read = read_text if reader_of(path) is None else read_arrays
     columns = read(path, mapping.wanted, mapping.names)
-    columns, notes = usable_rows(path, _with_last_command(columns, mapping), mapping)
+    usable = usable_rows(path, _with_last_command(columns, mapping), mapping)
+    columns, mapping = usable.columns, usable.mapping
     signals = mapping.signals(columns)
     if mapping.rate is not None:
         signals["time"] = _time_by_rows(path, columns, mapping.rate)
     if "heading" in signals:
         signals["heading"] = np.unwrap(signals["heading"])  # means and lost samples are between two of one turn
     parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
-    notes = [*columns.notes, *notes, *more]
+    notes = [*columns.notes, *usable.notes, *more]
     if "tilt" not in signals:
         step = period.of(1, wanted.period)
         parts = [{**part, "tilt": tilt_by_gyro(part, step, _skipped(part, mapping))} for part in parts]
@@ -109,16 +111,20 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
             f"{path} has no recording of {wanted.min_length} samples without a gap: {'; '.join(notes)}. "
             f"{_why_short(parts, mapping, least)}"
         )
-    of = period.of(every, wanted.period), every, mapping, wanted.channels
+    channels = wanted.channels_at(period.of(every, wanted.period))
+    of = period.of(every, wanted.period), every, mapping, channels
     episodes = [_episode(rest, *of, replace(provenance, trial=provenance.trial + i)) for i, rest in enumerate(long)]
     if mapping.skip:
         notes.append(f"the first {mapping.skip:g} s of each recording are left out")
     if worked_out := _worked_out(episodes):
         notes.append(f"not measured, and worked out: {worked_out}")
-    looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)
+    longest, step = max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period)
+    looked_at = _part(longest, step, mapping, channels.wheel_radius, wanted.robot)
+    looked_at = looked_at._replace(is_sampled=looked_at.is_sampled or usable.has_means)
     steps = Curves(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
     found = [Doubt(DoubtKind.TIME, "time", sentence, steps) for sentence in odd]
-    found += [*_of_one_wheel(mapping), *held_doubts(looked_at, every), *doubts(signals, looked_at)]
+    found += [*usable.doubts, *_of_one_wheel(mapping), *held_doubts(looked_at, every)]
+    found += with_ranges(list(doubts(signals, looked_at)), columns, mapping)
     untold = tuple(doubt.sentence for doubt in found if doubt.kind is DoubtKind.UNTOLD)
     doubted = tuple(doubt for doubt in found if doubt.kind is not DoubtKind.UNTOLD)
     return Imported(tuple(episodes), tuple(notes), doubted, untold)
@@ -174,7 +180,9 @@ def _accuracy(of: Estimated) -> str:
     return _SUMMED.get(of.channel, "taken as 0")
 
 
-def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
+def _part(
+    signals: Mapping[str, Array], period: float, mapping: LogMapping, wheel_radius: float, robot: RobotParameters | None
+) -> LogPart:
     """What the checks look at: signals as measured, at the log's own period."""
     begin = max(min(_skipped(signals, mapping), len(signals["time"]) - 8), 0)
     rest = {name: values[:_LOOKED_AT] for name, values in _from(signals, begin).items() if name != FILLED}
@@ -184,12 +192,12 @@ def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, want
     sides = {
         name: (rest[f"{SIDES[0]} {name}"], rest[f"{SIDES[1]} {name}"]) for name in whole if f"{SIDES[0]} {name}" in rest
     }
-    angle = _wheel_angle(rest, wanted.channels.wheel_radius)
+    angle = _wheel_angle(rest, wheel_radius)
     if angle is not None:
         whole["wheel_angle"] = angle
     is_sampled, comes_before = mapping.command_is_sample, mapping.command_before_sample
     has_tilt = "tilt" in mapping.quantities
-    return LogPart(period, whole, commands, sides, is_sampled, comes_before, wanted.robot, has_tilt)
+    return LogPart(period, whole, commands, sides, is_sampled, comes_before, robot, has_tilt)
 
 
 def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:

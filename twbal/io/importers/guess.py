@@ -10,17 +10,18 @@ import yaml
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.io.importers.all_columns import Column, all_columns, passed_over, row_of
-from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
+from twbal.io.importers.column_choice import Unit, choose
 from twbal.io.importers.column_names import CURRENT, DUTY, QUATERNION, is_axis_of_accelerometer
 from twbal.io.importers.duty_torque import full_duty, torque_way
 from twbal.io.importers.faster_loop import answered_speeds
 from twbal.io.importers.late_rates import lateness_of
 from twbal.io.importers.mapping import ACCELEROMETER, QUANTITIES
+from twbal.io.importers.measured_columns import straight
+from twbal.io.importers.proposal import OPEN, Proposal, sources_of
 from twbal.io.importers.rate_choice import are_alike, rate_choice, unit_by_angle
 from twbal.io.importers.remaining_entries import KnownMapping, remaining_entries
-from twbal.io.importers.wraps import angle_wrap, time_wrap
+from twbal.io.importers.time_choice import time_choice
 
-_OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
 _WHOLE_PERCENT = 100.0  # above it, whole numbers are steps of a timer, such as 255 for full
 
@@ -43,67 +44,6 @@ class Guess(NamedTuple):
     is_duty: bool
 
 
-class _Proposal:
-    """Lines of a mapping while it is put together."""
-
-    def __init__(self) -> None:
-        self.lines: dict[str, str] = {}
-        self.columns: dict[str, Sequence[Column]] = {}
-        self.open: list[str] = []
-        self.unknown_units: list[str] = []
-        self.motor = False
-        self.duty: tuple[str, float] | None = None
-
-    def take(
-        self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "", by_others: Unit | None = None
-    ) -> None:
-        """Take columns for a quantity, in the unit that others tell, or that they have by themselves."""
-        unit, said, is_assumed, is_scaled = by_others or unit_of(quantity, columns[0])
-        if not is_scaled:
-            scale = _OPEN
-            self.open.append(f"scale of {quantity}")
-        elif said and counts(quantity, columns[0]) and not scale:
-            scale, said = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
-            self.open.append(f"scale of {quantity}")
-        elif is_assumed and scale == _OPEN:
-            said = ""
-        elif is_assumed:
-            self.unknown_units.append(quantity)
-        scaled = f", scale: {scale}" if scale else ""
-        if wrap := _wrap_of(quantity, columns, unit):
-            scaled += f", wraps: {wrap:.10g}"
-            said = "; ".join(text for text in (said, "it begins anew at the end of its range") if text)
-        comment = "; ".join(text for text in (why, said) if text)
-        names = " and ".join(column.name or "without a name" for column in columns)
-        text = f"{names}{': ' if comment else ''}{comment}"
-        self.lines[quantity] = f"{{from: {_sources(columns)}, unit: {unit}{scaled}}}  # {text}"
-        self.columns[quantity] = columns
-
-    def leave(self, quantity: str, reason: str) -> None:
-        """Leave a quantity for a person to fill in."""
-        self.lines[quantity] = f"{{from: {_OPEN}, unit: {QUANTITIES[quantity]}}}  # {reason}"
-        self.open.append(f"{quantity} ({reason})")
-
-    def drop(self, quantity: str, reason: str = "") -> None:
-        """Say that a log does not have a quantity."""
-        self.lines[quantity] = f"null{'  # ' if reason else ''}{reason}"
-
-
-def _sources(columns: Sequence[Column]) -> str:
-    """One column or several, as `from` of a mapping names them."""
-    sources = ", ".join(column.source for column in columns)
-    return f"[{sources}]" if len(columns) > 1 else sources
-
-
-def _wrap_of(quantity: str, columns: Sequence[Column], unit: str) -> float | None:
-    """The range after which columns jump back; None where they do not."""
-    if quantity == "time":
-        return time_wrap(columns[0].values)
-    if quantity != "wheel_angle":
-        return None
-    return next((wrap for column in columns if (wrap := angle_wrap(column.values, unit))), None)
-
-
 def guess(path: Path, robot: RobotParameters | None = None, known: KnownMapping | None = None) -> Guess:
     """Propose a mapping for a log.
 
@@ -119,6 +59,7 @@ def guess(path: Path, robot: RobotParameters | None = None, known: KnownMapping 
     proposal = _of_an_export(columns) or _by_names(columns)
     quantities = [f"  {name}: {proposal.lines[name]}" for name in QUANTITIES if name in proposal.lines]
     command, tilt, gyro = (proposal.columns.get(name, ()) for name in ("command", "tilt", "tilt_rate"))
+    tilt = [column._replace(values=straight("tilt", column)) for column in tilt]
     answered = answered_speeds(columns, command or proposal.columns.get("voltage", ()), tilt, gyro)
     rest = remaining_entries(yaml.safe_load("\n".join(quantities)), proposal.motor, answered, known)
     lines = [
@@ -137,12 +78,12 @@ def guess(path: Path, robot: RobotParameters | None = None, known: KnownMapping 
     return Guess(tuple(table), mapping, left, tuple(proposal.unknown_units), proposal.duty is not None)
 
 
-def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
+def _of_an_export(columns: Sequence[Column]) -> Proposal | None:
     """The mapping of a table that `twbal export` wrote; None of any other."""
     by_name = {column.name: column for column in columns}
     if "command" not in by_name or not all({n, f"{n}_estimated"} & set(by_name) for n in Observation._fields):
         return None
-    proposal = _Proposal()
+    proposal = Proposal()
     for name in (*Observation._fields, "command"):
         if name in by_name:
             proposal.lines[name] = f"{{from: {name}, unit: {QUANTITIES[name]}}}  # as twbal export writes it"
@@ -151,8 +92,8 @@ def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
     return proposal
 
 
-def _by_names(columns: Sequence[Column]) -> _Proposal:
-    proposal = _Proposal()
+def _by_names(columns: Sequence[Column]) -> Proposal:
+    proposal = Proposal()
     _time(proposal, columns)
     tilt, gyro = choose("tilt", columns), None
     if tilt.columns:
@@ -180,7 +121,7 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     return proposal
 
 
-def _tilt_by_gyro(proposal: _Proposal, columns: Sequence[Column], reason: str) -> None:
+def _tilt_by_gyro(proposal: Proposal, columns: Sequence[Column], reason: str) -> None:
     """Leave the tilt to the import, where the log has a gyro and nothing that may be a tilt; else to a person."""
     gyro = choose("tilt_rate", columns)
     if reason or not (gyro.columns or gyro.is_for_person):
@@ -195,20 +136,15 @@ def _tilt_by_gyro(proposal: _Proposal, columns: Sequence[Column], reason: str) -
             )
 
 
-def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:
-    growing = [column for column in columns if grows(column.values)]
-    choice = choose("time", growing)
-    if choice.columns:
-        proposal.take("time", choice.columns)
-        return
-    if named := choose("time", columns).columns:
-        back = int(np.sum(np.diff(named[0].values) < 0.0))
-        if back:
-            proposal.leave("time", f"{named[0].name} runs backwards {back} times: are the rows in order?")
-            return
-    even = [column.name or f"column {column.source}" for column in growing if is_even(column.values)]
-    hint = f"no name says so; {' and '.join(even)} grows by even steps" if even else "not found; or null and a `rate`"
-    proposal.leave("time", choice.reason or hint)
+def _time(proposal: Proposal, columns: Sequence[Column]) -> None:
+    choice = time_choice(columns)
+    if choice.split:
+        both = Unit("s", "one time; the import takes the mean of both, hence the 2")
+        proposal.take("time", (choice.split.seconds, choice.split.fraction), choice.split.scale, by_others=both)
+    elif choice.column:
+        proposal.take("time", [choice.column])
+    else:
+        proposal.leave("time", choice.reason)
 
 
 def _not_found(columns: Sequence[Column]) -> str:
@@ -233,7 +169,7 @@ def _by_current(columns: Sequence[Column]) -> str:
     return f"perhaps {' and '.join(found)}: {advice}, N·m/A" if found else ""
 
 
-def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
+def _wheels(proposal: Proposal, columns: Sequence[Column]) -> None:
     """What the wheels did: their angle, or a distance, or a pose, or their rate alone."""
     angle = choose("wheel_angle", columns)
     pose = {name: choose(name, columns).columns for name in ("x", "y", "heading")}
@@ -246,7 +182,7 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     elif all(pose.values()):
         proposal.take("x", pose["x"])
         proposal.take("y", pose["y"])
-    elif not proposal.lines["wheel_rate"].startswith(("null", f"{{from: {_OPEN}")):
+    elif not proposal.lines["wheel_rate"].startswith(("null", f"{{from: {OPEN}")):
         proposal.drop("wheel_angle", "the sum of wheel_rate")
     else:
         rate = choose("wheel_rate", columns).reason
@@ -257,7 +193,7 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
         proposal.drop("wheel_angle")
 
 
-def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
+def _command(proposal: Proposal, columns: Sequence[Column]) -> None:
     """The torque; else a voltage; else a duty cycle, which is a share of a voltage."""
     torque = choose("command", columns)
     if torque.columns:
@@ -280,7 +216,7 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
     )
 
 
-def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
+def _take_duty(proposal: Proposal, duty: Sequence[Column], why: str) -> None:
     """A duty cycle: percent where its unit or its largest value says so, else with a scale to fill in.
 
     Whole numbers of a `pwm` may be steps of a timer, whose full value a robot that stands does not come near.
@@ -291,7 +227,7 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
     is_counted = is_whole and (largest > _WHOLE_PERCENT or any("pwm" in column.meaning.stem for column in duty))
     is_named_percent = all(column.meaning.unit == "%" for column in duty)
     is_percent = is_named_percent or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted)
-    sources = _sources(duty)
+    sources = sources_of(duty)
     proposal.duty = sources, full_duty(duty, is_percent, is_counted)
     if is_percent:
         names = " and ".join(column.name for column in duty)
@@ -301,5 +237,5 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
         return
     known = f", the supply over the timer's full value (such as 255), or unit '%'; largest value {largest:.3g}"
     text = f"a duty cycle: fill in the scale, V for one{known if is_whole else ''}"
-    proposal.take("voltage", duty, _OPEN, f"{why}{text}")
+    proposal.take("voltage", duty, OPEN, f"{why}{text}")
     proposal.open.append("scale of voltage")

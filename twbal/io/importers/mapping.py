@@ -11,7 +11,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.motor import Motor
 from twbal.io.importers.columns import Columns, Name
-from twbal.io.importers.wraps import unwrapped
+from twbal.io.importers.wraps import about_zero, unwrapped
 
 QUANTITIES = {
     "time": "s",
@@ -146,11 +146,14 @@ class Mapping:
         """The quantities in SI units, (n,) each, from the columns that `wanted` names.
 
         Those of two columns come a second and a third time, one column each: `left wheel_angle`, `right wheel_angle`.
+        A tilt that wraps is within half a turn of 0 in the median, whichever turn it begins in.
         """
         found, first = {}, 0
         for name, source in self.quantities.items():
             last = first + len(source.columns)
             values = source.signal(columns.values[:, first:last])
+            if name == "tilt" and source.wraps is not None and len(values):
+                values = about_zero(values, source.wraps * abs(source.factors[0]))
             found[name] = values.mean(axis=1)
             if len(source.columns) == len(SIDES):
                 found |= {f"{side} {name}": column for side, column in zip(SIDES, values.T, strict=True)}

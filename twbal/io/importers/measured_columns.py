@@ -8,9 +8,10 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
 from twbal.io.importers.bunched_stamps import bunches_of
-from twbal.io.importers.column_choice import choose, grows, unit_of
+from twbal.io.importers.column_choice import choose, unit_of
 from twbal.io.importers.mapping import UNITS
-from twbal.io.importers.wraps import angle_wrap, time_wrap, unwrapped
+from twbal.io.importers.time_choice import time_choice
+from twbal.io.importers.wraps import angle_wrap, counter_wrap, time_wrap, unwrapped
 
 _GAP = 5.0  # typical steps from which on time has a gap
 
@@ -29,15 +30,18 @@ class WheelPath(NamedTuple):
 
 def seconds_of(columns: Sequence[Column]) -> Array | None:
     """(n,) time of each row, evened where stamps come in bunches [s]; None where no column says it for certain."""
-    time = choose("time", [column for column in columns if grows(column.values)]).columns
-    if not time:
+    time = time_choice(columns)
+    if time.split:
+        stamps = time.split.values
+    elif time.column:
+        values = time.column.values
+        stamps = UNITS["s"][unit_of("time", time.column).unit] * unwrapped(values, time_wrap(values))
+    else:
         return None
-    factor = UNITS["s"][unit_of("time", time[0]).unit]
-    stamps = factor * unwrapped(time[0].values, time_wrap(time[0].values))
     path, tilt = wheel_path(columns), choose("tilt", columns).columns
     angles = {"wheel_angle": path.values} if path else {}
     if tilt:
-        angles["tilt"] = tilt[0].values
+        angles["tilt"] = straight("tilt", tilt[0])
     bunches = bunches_of(stamps, angles, np.column_stack([column.values for column in columns]))
     return stamps if bunches is None else bunches.times(stamps, bunches.period)
 
@@ -45,17 +49,23 @@ def seconds_of(columns: Sequence[Column]) -> Array | None:
 def wheel_path(columns: Sequence[Column]) -> WheelPath | None:
     """What encoders say, as an angle, a distance or a pose; None where a log has none of these for certain."""
     if angle := choose("wheel_angle", columns).columns:
-        unit = unit_of("wheel_angle", angle[0]).unit
-        return WheelPath(_mean([unwrapped(c.values, angle_wrap(c.values, unit)) for c in angle]), names_of(angle))
+        return WheelPath(_mean([straight("wheel_angle", column) for column in angle]), names_of(angle))
     if distance := choose("distance", columns).columns:
-        return WheelPath(_mean([column.values for column in distance]), names_of(distance))
+        ways = [unwrapped(column.values, counter_wrap(column.values)) for column in distance]
+        return WheelPath(_mean(ways), names_of(distance))
     pose = [choose(name, columns).columns for name in ("x", "y", "heading")]
     if not all(pose):
         return None
-    x, y, heading = (each[0].values for each in pose)
+    x, y = (each[0].values for each in pose[:2])
+    heading = UNITS["rad"][unit_of("heading", pose[2][0]).unit] * straight("heading", pose[2][0])
     middle = 0.5 * (heading[1:] + heading[:-1])
     steps = np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle)
     return WheelPath(np.concatenate([[0.0], np.cumsum(steps)]), names_of([pose[0][0], pose[1][0]]))
+
+
+def straight(quantity: str, column: Column) -> Array:
+    """(n,) an angle without jumps at the end of its range, in its own unit."""
+    return unwrapped(column.values, angle_wrap(column.values, unit_of(quantity, column).unit))
 
 
 def _mean(values: Sequence[Array]) -> Array:

@@ -9,7 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
 from twbal.io.importers.column_choice import ColumnChoice, Unit, choose, counts, unit_of
 from twbal.io.importers.mapping import QUANTITIES, UNITS
-from twbal.io.importers.measured_columns import seconds_of
+from twbal.io.importers.measured_columns import seconds_of, straight
 
 _ANGLES = {"tilt_rate": "tilt", "wheel_rate": "wheel_angle"}
 _OFF = {"tilt": 1.5, "wheel_angle": 1.1}
@@ -97,7 +97,7 @@ def _angle_of(rate: str, columns: Sequence[Column]) -> _Turned | None:
     if not angle or seconds is None or counts(name, angle[0]):
         return None
     unit, _, is_assumed, _ = unit_of(name, angle[0])
-    turned = UNITS["rad"][unit] * np.mean([each.values for each in angle], axis=0)
+    turned = UNITS["rad"][unit] * np.mean([straight(name, each) for each in angle], axis=0)
     return _Turned(seconds, turned, is_assumed, " and ".join(each.name for each in angle))
 
 

@@ -73,7 +73,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
         check_names(path, layout, names)
     where = places(path, layout.names or tuple(names), layout.width, wanted)
     rows = _rows(path, lines, layout)
-    notes = _notes(rows, layout)
+    notes = [*text.notes, *_notes(rows, layout)]
     values, more = _numbers(path, [lines[row] for row in rows.kept], layout, where, rows.kept)
     again = rows.again[0] + 1 if rows.again else 0
     places_of_rows = np.array(rows.kept)

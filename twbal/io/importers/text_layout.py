@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from twbal.core.errors import LogError, printable
-from twbal.io.importers.column_names import is_unit
+from twbal.io.importers.column_units import is_unit
 from twbal.io.importers.fields import DECIMAL_COMMA, MISSING, is_number, is_time
 from twbal.io.importers.formats import readable
 from twbal.io.importers.text_lines import TextLines

@@ -1,15 +1,14 @@
 """The lines of a text file, whatever its encoding and the ends of its lines."""
 
-import codecs
 import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from twbal.core.errors import LogError
-from twbal.io.importers.column_names import is_unit
+from twbal.io.importers.column_units import is_unit
 from twbal.io.importers.columns import file_data
-from twbal.io.importers.formats import readable
+from twbal.io.importers.text_bytes import decoded
 
 _COMPRESSED = {
     b"\x1f\x8b": "gzip: unpack it first, by gunzip",
@@ -35,10 +34,17 @@ _BRACKETS = {"[": "]", "(": ")"}
 
 
 class TextLines(NamedTuple):
-    """The lines of a text file, and the names of its columns where each number has one before it (`pitch:0.1`)."""
+    """The lines of a text file.
+
+    Attributes:
+        lines: without their ends.
+        names: of its columns, where each number has one before it (`pitch:0.1`).
+        notes: what was odd about the bytes of the file.
+    """
 
     lines: list[str]
     names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def text_of(path: Path) -> TextLines:
@@ -51,39 +57,21 @@ def text_of(path: Path) -> TextLines:
         LogError: it cannot be read, or is no text.
     """
     data = file_data(path)
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as Excel and PowerShell write it
-        try:
-            return _plain(_parted(data.decode("utf-16")))
-        except UnicodeDecodeError as error:
-            raise LogError(f"{path} begins as text in UTF-16, and breaks off or is none: {error}.") from error
     for begin, advice in _COMPRESSED.items():
         if data.startswith(begin):
             raise LogError(f"{path} is no text file, but compressed by {advice}.")
-    if b"\0" in data[:65536]:
-        raise LogError(
-            f"{path} is no text file (it has zero bytes in it), whatever its name says. "
-            f"{readable()}; an .mcap file of twbal's needs no import."
-        )
-    text = _decoded(data)
+    text, notes = decoded(path, data)
     looked_at = text[: 1 << 18]
     odd = sum(not (c.isprintable() or c in "\t\n\r\x1b") for c in looked_at)
     if odd > 0.02 * len(looked_at):
         raise LogError(f"{path} is no text file: {odd} of its first {len(looked_at)} bytes are no characters.")
-    return _plain(_parted(_COLOURS.sub("", text)))
+    return _plain(_parted(_COLOURS.sub("", text)))._replace(notes=notes)
 
 
 def _parted(text: str) -> list[str]:
     """The lines of a text, whose ends are LF, CR LF, or CR throughout."""
     text = text.replace("\r\n", "\n")
     return text.split("\n" if "\n" in text else "\r")
-
-
-def _decoded(data: bytes) -> str:
-    """Text in UTF-8, with or without a byte-order mark; else in Latin-1, which any bytes are."""
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
 
 
 def _plain(lines: Sequence[str]) -> TextLines:

@@ -31,17 +31,34 @@ def angle_wrap(values: Array, unit: str) -> float | None:
         values: of the column.
         unit: of it, of `UNITS["rad"]`.
     """
+    turn = turn_of(unit)
+    return counter_wrap(values) or (turn if wraps_round(values, turn) else None)
+
+
+def turn_of(unit: str) -> float:
+    """One turn in a unit of `UNITS["rad"]`."""
+    return {"deg": 360.0, "°": 360.0, "turn": 1.0}.get(unit, 2.0 * np.pi)
+
+
+def counter_wrap(values: Array) -> float | None:
+    """The range of a counter of 16 or 32 bits that jumps by about that, as one does that is below 0 and has no sign.
+
+    None where none does, or the numbers are not whole.
+    """
+    there = values[np.isfinite(values)]
+    if (there != np.round(there)).any():
+        return None
+    return next((wrap for wrap in _COUNTERS if wraps_round(there, wrap)), None)
+
+
+def wraps_round(values: Array, wrap: float) -> bool:
+    """Whether a column goes through a whole range, and jumps at its end."""
     values = values[np.isfinite(values)]
     if len(values) < 2:
-        return None
-    is_whole = bool((values == np.round(values)).all())
-    turn = {"deg": 360.0, "°": 360.0, "turn": 1.0}.get(unit, 2.0 * np.pi)
-    for wrap in (_COUNTERS[0], turn) if is_whole else (turn,):
-        jumps = np.abs(np.diff(values)) > 0.5 * wrap
-        is_full = _FULL * wrap <= np.ptp(values) <= wrap
-        if is_full and jumps.any() and np.abs(np.diff(np.unwrap(values, period=wrap))).max() < _SMALL * wrap:
-            return wrap
-    return None
+        return False
+    jumps = np.abs(np.diff(values)) > 0.5 * wrap
+    is_full = _FULL * wrap <= np.ptp(values) <= wrap
+    return bool(is_full and jumps.any() and np.abs(np.diff(np.unwrap(values, period=wrap))).max() < _SMALL * wrap)
 
 
 def unwrapped(values: Array, wrap: float | None) -> Array:
@@ -52,3 +69,9 @@ def unwrapped(values: Array, wrap: float | None) -> Array:
     straight = values.copy()
     straight[there] = np.unwrap(values[there], period=wrap)
     return straight
+
+
+def about_zero(values: Array, turn: float) -> Array:
+    """(n, m) columns, each shifted by as many whole turns as bring its median nearest to 0; `turn` is in their unit."""
+    shifted: Array = values - turn * np.round(np.nanmedian(values, axis=0) / turn)
+    return shifted

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
+from twbal.io.importers.checks.frozen import frozen_doubts
 from twbal.io.importers.checks.implausible_values import (
     constant_doubts,
     lying_part_doubts,
@@ -46,15 +47,23 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from constant_doubts(signals, part.sides)
     yield from period_doubts(part)
     yield from repeat_doubts(part)
+    yield from frozen_doubts(part)
     jumps, part = without_jumps(part)  # which would hide, or seem to be, what other checks look for
     yield from jumps
     tilt = list(tilt_doubts(part))
     yield from tilt
     if tilt:
         return
-    yield from lying_part_doubts(part)
+    of_motion = list(_of_motion(part))
+    if not any(doubt.kind is DoubtKind.UNIT and doubt.quantity in ("tilt", "tilt_rate") for doubt in of_motion):
+        yield from lying_part_doubts(part)  # in degrees, a small tilt looks like that of one that lies
     yield from one_way_doubts(part)
     yield from torque_doubts(part)
+    yield from of_motion
+
+
+def _of_motion(part: LogPart) -> Iterator[Doubt]:
+    """What rates and mechanics contradict."""
     pairs = agreements(part)
     seen = [mechanics(part, by_gyro) for by_gyro in (True, False)] if _is_long(part) else [None, None]
     by_gyro, by_tilt = seen

@@ -22,6 +22,7 @@ _TICKS = 3.0  # and than so many ticks of an encoder
 _TICK, _TURNED = 0.1, 5  # quantile of an angle's changes that is a tick, and how many changes tell it
 _ALIKE = 0.6  # of a jump's size, from which other changes are jumps as well
 _MOST = 0.25  # share of the steps nearby that may be jumps: wheels that turn once in four samples wrap so often
+_OF_TURN = 0.5  # rad by which a step of a whole turn may be off: the tilt moves meanwhile
 _RETURN = 0.5  # of a spike's size, by which its two steps differ at most
 
 
@@ -111,6 +112,9 @@ def without_jumps(part: LogPart) -> tuple[list[Doubt], LogPart]:
     """Sentences on angles that jump, and the log without these jumps."""
     doubts: list[Doubt] = []
     signals, sides = dict(part.signals), dict(part.sides)
+    if _wraps_round(signals["tilt"]):
+        doubts.append(_wrap_doubt(part))
+        signals["tilt"] = _unwrapped(signals["tilt"])
     tilt = jumps(signals["tilt"], part.period, TILT)
     if len(tilt.spikes):
         doubts += _doubts(part, "tilt", "the tilt", signals["tilt"], tilt._replace(steps=tilt.steps[:0]))
@@ -129,6 +133,32 @@ def without_jumps(part: LogPart) -> tuple[list[Doubt], LogPart]:
         for name, values, each in named:
             doubts += _doubts(part, "wheel_angle", name, values, each)
     return doubts, part._replace(signals=signals, sides=sides)
+
+
+def _wraps_round(angle: Array) -> bool:
+    """Whether an angle has steps of more than half a turn, and all of these are of a whole turn."""
+    steps = np.abs(np.diff(angle))
+    large = steps[steps > np.pi]
+    return bool(len(large)) and bool((np.abs(large - 2.0 * np.pi) < _OF_TURN).all())
+
+
+def _unwrapped(angle: Array) -> Array:
+    """An angle without its steps of a whole turn, whose median is within half a turn of 0."""
+    whole = np.unwrap(angle)
+    return whole - 2.0 * np.pi * np.round(np.median(whole) / (2.0 * np.pi))
+
+
+def _wrap_doubt(part: LogPart) -> Doubt:
+    tilt = part.signals["tilt"]
+    steps = np.flatnonzero(np.abs(np.diff(tilt)) > np.pi)
+    time = part.signals.get("time", part.period * np.arange(len(tilt)))
+    places = "" if len(steps) == 1 else f" in {len(steps)} places, such as"
+    sentence = (
+        f"the tilt jumps by a whole turn{places} at {time[steps[0] + 1]:.6g} s: it wraps round. Tell the range of its "
+        "column in the mapping, as {from: ..., wraps: 360} for degrees or wraps: 6.28319 for radians; where it is not "
+        "about 0 then, mend `offset`"
+    )
+    return Doubt(DoubtKind.JUMP, "tilt", sentence, Curves(part.period, tilt, "tilt [rad]"))
 
 
 def _doubts(part: LogPart, quantity: str, name: str, values: Array, found: Jumps) -> Iterator[Doubt]:
