@@ -1,6 +1,8 @@
+import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -102,3 +104,49 @@ def test_no_process_outlives_a_command_that_was_killed(tmp_path):
     command.kill()
     command.wait()
     wait_until(lambda: not any(map(is_there, children)), 20.0)
+
+
+UNGUARDED = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from test_collection import Cart, plan, trials
+from twbal.algorithm.collection import collect
+print("read")
+found = list(collect(plan(), trials(60), workers=2))
+expected = list(plan().drive(trials(60)))
+same = [a.observations.tobytes() + a.commands.tobytes() for a in found] == [
+    b.observations.tobytes() + b.commands.tobytes() for b in expected
+]
+print(len(found), same, [each.provenance.trial for each in found] == list(range(60)))
+"""
+
+
+def test_a_script_that_does_its_work_as_it_is_read_gets_the_same_rollouts(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(UNGUARDED)
+    words = [sys.executable, str(script), str(Path(__file__).parent)]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.splitlines()[-1] == "60 True True"
+    assert 'Put what the module does under `if __name__ == "__main__":`' in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+class DyingCart(Cart):
+    """Ends a process that is not the one which made the plan, as one does that is out of memory."""
+
+    def __init__(self, control_period: float, maker: int):
+        super().__init__(control_period)
+        self._maker = maker
+
+    def reset(self, trial):
+        if os.getpid() != self._maker and trial >= 40:
+            os._exit(9)
+        return super().reset(trial)
+
+
+def test_what_processes_leave_undone_is_done_here():
+    dying = replace(plan(), make_plant=partial(DyingCart, 0.02, os.getpid()))
+    one, left = list(collect(plan(), trials(60), workers=1)), list(collect(dying, trials(60), workers=2))
+    assert [episode.provenance for episode in one] == [episode.provenance for episode in left]
+    assert all(np.array_equal(a.observations, b.observations) for a, b in zip(one, left, strict=True))

@@ -3,8 +3,11 @@
 import math
 import multiprocessing
 import os
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -110,7 +113,9 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     Args:
         plan: what is the same in each.
         provenances: one a rollout; its seed and trial draw start, noise and the policy's randomness.
-        workers: processes; 0 takes one a core. Fewer are used where they would not be worth their start.
+        workers: processes; 0 takes one a core. Fewer are used where they would not be worth their start. Where one of
+            them ends before its work is done, this process does what is left: a new process reads the program's main
+            module, and ends at once where that does its work without `if __name__ == "__main__"`.
 
     Raises:
         ConfigError: a negative number of processes.
@@ -121,13 +126,62 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     workers = (
         1 if is_copy() else min(workers or cores(), useful)
     )  # it may be ended at any instant, and others would stay
-    if workers <= 1:
-        yield from plan.drive(provenances)
-        return
+    done = 0
+    if workers > 1:
+        end_if_read_again()
+        with suppress(BrokenProcessPool):
+            for episodes in _by_processes(plan, provenances, workers):
+                yield from episodes
+                done += len(episodes)
+    if done < len(provenances):
+        yield from plan.drive(provenances[done:])
+
+
+def _by_processes(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) -> Iterator[list[Episode]]:
+    """The rollouts in their order, a part of them at a time, by so many processes.
+
+    Raises:
+        BrokenProcessPool: a process ended before its work was done.
+    """
     size = math.ceil(len(provenances) / (4 * workers))
     parts = [provenances[i : i + size] for i in range(0, len(provenances), size)]
     # Spawned, not forked: a fork would copy the threads' locks of the libraries that this process has loaded.
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, spawn, end_with, (os.getpid(),)) as pool:
-        for episodes in pool.map(plan.drive_all, parts):
-            yield from episodes
+    others = multiprocessing.active_children()
+    pool = ProcessPoolExecutor(workers, spawn, end_with, (os.getpid(),))
+    try:
+        with _interrupts_held_back():
+            driven = [pool.submit(plan.drive_all, part) for part in parts]
+        for part in driven:
+            yield part.result()
+    except BaseException:  # also Ctrl-C: nobody waits for what they are at
+        for process in multiprocessing.active_children():
+            if process not in others:
+                process.terminate()
+        raise
+    finally:
+        pool.shutdown()
+
+
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Processes that are started within do not hear of Ctrl-C; this process does after it, and ends them."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def end_if_read_again() -> None:
+    """End this process where it was started to work for a program, and still reads that program's main module.
+
+    Where the module has no `if __name__ == "__main__"`, such a process would do all that the program does: it would
+    drive the same robot.
+    """
+    if getattr(multiprocessing.current_process(), "_inheriting", False):  # as multiprocessing itself asks
+        raise SystemExit(
+            "twbal: a process that was started to simulate beside the program read its main module, which does its "
+            "work as it is read. The process ends; the program goes on alone, but slower. Put what the module does "
+            'under `if __name__ == "__main__":`.'
+        )

@@ -278,5 +278,7 @@ class _Record:
 
     def _all_events(self) -> tuple[Event, ...]:
         followed = [self._reference, self.heading.reference if self.heading else None]
-        of_references = sorted(event for reference in followed if reference for event in reference.events)
+        of_references = sorted(
+            (event for reference in followed if reference for event in reference.events), key=lambda event: event.time
+        )
         return (*of_references, *self._events)

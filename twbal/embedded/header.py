@@ -113,6 +113,11 @@ def header(exported: Exported) -> str:
         ConfigError: the policy reads other channels, or single precision cannot hold a constant.
     """
     policy, channels = exported.policy, exported.channels
+    if not isinstance(policy, SavedPolicy):
+        raise ConfigError(
+            f"A {type(policy).__name__} cannot be exported; expected is a policy of a file: policy=saved "
+            "policy.path=<policy.pt>."
+        )
     if tuple(policy.channels) != channels.names:
         raise ConfigError(
             f"The policy reads {', '.join(policy.channels)}; the state is {', '.join(channels.names)}. Choose the "

@@ -68,6 +68,7 @@ def data_sheet_regulator(robot: RobotParameters, channels: Channels, cost: Cost,
             f"A regulator of the data sheet needs tilt, tilt_rate and speed; the state {', '.join(channels.names)} "
             f"lacks {', '.join(missing)}. Choose a state that has them by state=..."
         )
+    _check_cost(channels, cost)
     index = [channels.names.index(name) for name in _PHYSICAL]
     physical = SaturatingCost(cost.target[index], cost.widths[index])
     found = regulator(*sampled(robot), physical, command_width * robot.torque_limit)
@@ -78,6 +79,15 @@ def data_sheet_regulator(robot: RobotParameters, channels: Channels, cost: Cost,
     gain = np.zeros(len(channels.names))
     gain[index] = found
     return LinearPolicy(channels.names, gain, 0.0, robot.torque_limit)
+
+
+def _check_cost(channels: Channels, cost: Cost) -> None:
+    """Raise ConfigError where a cost is not of these channels."""
+    if len(cost.widths) != len(channels.names):
+        raise ConfigError(
+            f"The cost is of {len(cost.widths)} channels; expected are the {len(channels.names)} of the state "
+            f"({', '.join(channels.names)}). Leave cost.channels out; a channel without a width costs nothing."
+        )
 
 
 def identified_regulator(

@@ -173,7 +173,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("resync", Number(0.01, 1e4, "s"), "time after which the simulation starts from the data anew"),
         Setting("film", YesNo(), "false: plots alone"),
         Setting("seconds", Number(0.01, 1e4, "s"), "length of the film, at most"),
-        Setting("frame_rate", Number(0.01, 1000.0, "1/s"), "frames a second of the film"),
+        Setting("frame_rate", Number(0.01, 50.0, "1/s"), "frames a second of the film"),
         Setting("width", _PIXELS, "width of the film"),
         Setting("height", _PIXELS, "height of the film"),
         Setting("rrd", YesNo(), "a recording for Rerun beside the figures"),

@@ -229,7 +229,7 @@ def _record(
         )
     why = episode.events[-1].text if episode.events else ""
     events = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
-    episode = replace(episode, events=tuple(sorted(events)))
+    episode = replace(episode, events=tuple(sorted(events, key=lambda event: event.time)))
     by_key = course.steering.stopped and episode.outcome is Outcome.STOPPED
     if episode.outcome in INTERRUPTED and not by_key:
         keep_interrupted(episode, out / "interrupted", why)

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.base_evidence import BaseEvidence
 from twbal.algorithm.model_file import SavedModel, load_model, save_model
-from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, episodes_of, hashes
+from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, episodes_of, hashes, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.model_state import check_state
@@ -42,6 +42,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     robot = str(cfg.robot.name)
 
     def learn() -> list[Path]:
+        say_duplicates(files)
         before, episodes = [_read(base, channels) for base in bases], episodes_of(files, robot)
         if simulated := sum(episode.provenance.source == "simulation" for episode in episodes):
             say(

@@ -6,7 +6,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.model_file import SavedModel, save_model
-from twbal.cli.artefacts import MODEL, episode_files, episodes_of, hashes
+from twbal.cli.artefacts import MODEL, episode_files, episodes_of, hashes, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded
@@ -37,6 +37,7 @@ def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: Model
     Raises:
         DataError: a log is of another robot, or cannot be used.
     """
+    say_duplicates(files)
     episodes = episodes_of(files, robot)
     if measured := sum(episode.provenance.source != "simulation" for episode in episodes):
         say(

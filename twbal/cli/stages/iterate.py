@@ -14,7 +14,7 @@ from twbal.algorithm.iteration_findings import Measures, findings, summarise
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table
-from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
+from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate, RolloutSettings
 from twbal.algorithm.summary import Summary, read_summary
 from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
@@ -62,6 +62,7 @@ def main(cfg: DictConfig) -> float | None:
     words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
     known_robot(cfg)  # what cannot be used is refused before any work, and any word of going on
     _check_agent(cfg)
+    _check_updates(cfg)
     again = f"If this run is interrupted, this command resumes it: {_again(flags, words, out)}"
     print(f"{again}\n", flush=True)
     try:
@@ -90,6 +91,17 @@ def _check_agent(cfg: DictConfig) -> None:
         )
 
 
+def _check_updates(cfg: DictConfig) -> None:
+    """Raise ConfigError where updates would search from a policy that no search can begin with."""
+    is_fixed = cfg.initial_policy in (InitialPolicy.LQR, InitialPolicy.AGENT)
+    if is_fixed and cfg.updates and cfg.model_update != ModelUpdate.LINEAR:
+        raise ConfigError(
+            f"Policy 0 of initial_policy={cfg.initial_policy} is none that a search can begin with; expected is "
+            "updates=0 (or method=lqr_identified, whose updates are regulators). To search a policy on top of the "
+            "regulator, choose method=on_lqr."
+        )
+
+
 def _again(flags: Sequence[str], words: Sequence[str], out: Path) -> str:
     """The command that goes on in `out`."""
     return shlex.join(["twbal", "iterate", *flags, *as_given(words), f"hydra.run.dir={text(str(out))}"])
@@ -104,7 +116,7 @@ def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequenc
         commands = [_again(flags, [*others, f"updates={updates + MORE_UPDATES}"], out)]
     else:
         others = [word for word in words if not word.startswith(("updates=", "method=", "trained_agent="))]
-        commands = [shlex.join(["twbal", "iterate", *flags, *others])]
+        commands = [shlex.join(["twbal", "iterate", *flags, *as_given(others)])]
     folders = _to_diagnose(summary, out)
     if folders:
         commands.append(next_command("diagnose", {"episodes": folders, **FEW_DATA._asdict()}, "robot", "sim"))

@@ -5,7 +5,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.cli.artefacts import POLICY, episode_files, episodes_of
+from twbal.cli.artefacts import POLICY, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded
@@ -32,6 +32,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     step = StageWork("lqr", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
 
     def make() -> list[Path]:
+        say_duplicates(files)
         robot, channels, cost = (instantiate(cfg[part]) for part in ("robot", "state", "cost"))
         episodes = episodes_of(files, robot.name)
         made = regulator_for(robot, channels, cost, float(cfg.command_width), episodes, say)

@@ -10,6 +10,7 @@ import numpy as np
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.cli.artefacts import paths_in
 from twbal.cli.console import chosen_overrides, print_result, run_folder
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import members, recorded, typed
@@ -62,7 +63,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    for path in map(Path, (cfg.episode, *cfg.compare_with)):
+    for path in (Path(cfg.episode), *paths_in(cfg.compare_with)):
         if path.is_dir():
             raise LogError(f"{path} is a folder; expected is an episode log{one_within(path, '.mcap')}.")
     if not chosen_overrides("robot"):
@@ -82,7 +83,7 @@ def _with_recorded_robot(cfg: DictConfig) -> DictConfig:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Draw what `cfg` names into `out`, unless that is done there already."""
     settings = typed(Settings, cfg)
-    files = [Path(cfg.episode), *map(Path, cfg.compare_with)]
+    files = [Path(cfg.episode), *paths_in(cfg.compare_with)]
     if len(files) + settings.simulate > len(_COLOURS):
         raise ConfigError(f"A film has room for {len(_COLOURS)} robots; found are {len(files) + settings.simulate}.")
     if settings.rrd:

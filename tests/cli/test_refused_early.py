@@ -1,0 +1,61 @@
+"""What cannot work is refused in one line before anything is done, and what is given twice is told."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from twbal.cli.main import main
+
+DATA = Path(__file__).parents[2] / "data" / "regression"
+
+
+@pytest.mark.parametrize("words", [["initial_policy=lqr"], ["initial_policy=agent"], ["method=lqr", "updates=1"]])
+def test_updates_of_a_policy_that_is_not_searched_are_refused_before_the_robot_is_driven(words, tmp_path, capsys):
+    assert main(["iterate", *words, f"hydra.run.dir={tmp_path}"]) == 1
+    said = capsys.readouterr()
+    assert "is none that a search can begin with" in said.err and "->" not in said.out
+
+
+@pytest.mark.parametrize("channels", ["[tilt]", "[speed,tilt]", "[tilt,tilt]"])
+def test_a_cost_of_other_channels_than_the_state_is_refused(channels, tmp_path, capsys):
+    assert main(["lqr", f"cost.channels={channels}", f"hydra.run.dir={tmp_path}"]) == 1
+    said = capsys.readouterr().err
+    assert "cost" in said and "Traceback" not in said
+
+
+@pytest.mark.parametrize("policy", ["random", "excite"])
+def test_only_saved_policies_are_exported(policy, tmp_path, capsys):
+    assert main(["export-policy", f"policy={policy}", f"hydra.run.dir={tmp_path}"]) == 1
+    assert "expected is a policy of a file: policy=saved" in capsys.readouterr().err
+
+
+def test_one_log_to_compare_with_is_a_path_and_not_its_letters(tmp_path, capsys):
+    logs = sorted((DATA / "real").rglob("*.mcap"))[:2]
+    words = [f"episode={logs[0]}", f"compare_with={logs[1]}", "film=false", f"hydra.run.dir={tmp_path}"]
+    assert main(["plot", *words]) == 0, capsys.readouterr().err
+
+
+def test_a_recording_that_is_given_twice_is_told_by_the_fits_too(tmp_path, capsys):
+    logs = sorted((DATA / "real").rglob("*.mcap"))[:1] * 2
+    words = [f"episodes=[{','.join(map(str, logs))}]", "dynamics=null", f"hydra.run.dir={tmp_path}"]
+    main(["fit-diff-gp", *words])
+    assert "it counts twice" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_simulations_by_several_processes_at_once_and_without_their_words(tmp_path):
+    words = ["sim-collect", "rollouts=3000", "steps=200", "workers=2", f"hydra.run.dir={tmp_path}"]
+    command = [sys.executable, "-P", "-m", "twbal", *words]
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    assert process.stdout is not None
+    time.sleep(4.0)  # its workers are being started, or are at work
+    os.killpg(process.pid, signal.SIGINT)
+    said, errors = process.communicate(timeout=60)
+    assert process.returncode == 130, said + errors
+    assert "Traceback" not in errors and "SpawnProcess" not in errors
