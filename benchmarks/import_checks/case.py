@@ -33,7 +33,8 @@ def import_of(log: Written, ride: Ride) -> Imported:
         LogError: it refuses the log.
     """
     sheet = ride.build.sheet
-    wanted = Wanted(Channels(_CHANNELS, sheet.wheel_radius), None, 50, sheet)
+    channels = Channels(_CHANNELS, sheet.wheel_radius)
+    wanted = Wanted(lambda period: channels, None, 50, sheet)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
         log.write(path)
