@@ -7,6 +7,10 @@ loaded when they are first used.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from twbal.core.threads import default_to_one_thread
+
+default_to_one_thread()  # before anything numeric is loaded: all modules of the library are imported after this one
+
 if TYPE_CHECKING:
     from twbal.api.configured import setup as setup
     from twbal.api.diagnosing import diagnose as diagnose

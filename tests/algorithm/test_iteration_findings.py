@@ -1,16 +1,24 @@
 """What is made of the files of a run: which policy is best, and what is noted of each iteration."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from falling import falls_at_once
 
-from twbal.algorithm.iteration import Base, DiagnosisOutcome, Iteration, PolicyFile, Search
-from twbal.algorithm.iteration_findings import IterationFindings, _note, _predicted_by, _with_parts, summarise
+import twbal
+from twbal.algorithm.in_memory import InMemory, MadePolicy
+from twbal.algorithm.iteration import Base, Basis, DiagnosisOutcome, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration_findings import IterationFindings, _note, _predicted_by, _with_parts, findings, summarise
+from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
+from twbal.algorithm.tables import iterations_table, trials_table
 from twbal.core.evaluation import PlaceBy, SuccessCriterion, TrialVerdict
 from twbal.core.gaussian import Gaussian
 from twbal.search.predictor import Predictor
+from twbal.viz.run_figures import pictures
+from twbal.viz.run_page import RunSetup, write_report
 
 
 def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
@@ -206,3 +214,38 @@ def test_nothing_is_said_where_there_was_no_choice_or_nothing_to_score():
     assert _predicted_by(None) == ""
     assert _predicted_by(predicted(PredictedBy(Predictor.MODEL, 4.2, 0.02))) == ""
     assert _predicted_by(predicted(PredictedBy(Predictor.ROBOTS, 4.2), PredictedBy(Predictor.MODEL, 17.5))) == ""
+
+
+def found_of(trials, setup):
+    """What is found of a policy that was predicted to stand still, from its trials."""
+    names = setup.search.channels.names
+    states = tuple(Gaussian(np.zeros(len(names)), np.eye(len(names))) for _ in range(21))
+    best = Assessment("policy 0", 9.0, 1.0, 0.1, None)
+    said = Prediction(names, states, best, (best,), (PredictedBy(Predictor.MODEL, 4.0),))
+    made = MadePolicy(Path("policy"), None, 64 * "0", said)
+    steps = InMemory(None, setup, lambda line: None)
+    result = RunResult((), (LearnedPolicy(0, made, Basis.SIMULATION, trials=trials),))
+    return findings(result, steps, setup.measures)
+
+
+def test_trials_that_all_end_at_their_first_sample_leave_nothing_to_compare_with_a_prediction(tmp_path):
+    setup = twbal.setup("paper")
+    names = setup.search.channels.names
+    ended, fell = (
+        replace(falls_at_once(setup.simulation.robot, steps), channels=names, states=np.zeros((steps + 1, len(names))))
+        for steps in (0, 3)
+    )
+    found = found_of((ended, ended), setup)
+    (each,) = found
+    assert (each.iteration.coverage95, each.iteration.crps, each.iteration.log_density) == (None, None, None)
+    assert (each.iteration.trials, each.iteration.successes, each.iteration.real_cost) == (2, 0, 100.0)
+    summary = summarise(found, (), "paper", 0, 1.0, setup.rule, 0.09)
+    assert summary.best_iteration == 0
+    assert "0 of 2" in iterations_table(summary)[-1]
+    assert trials_table(summary)[-1].split()[:3] == ["*", "0", "2"]
+    drawn = pictures(summary, found, setup.measures, 0.02)
+    write_report(tmp_path / "report.html", summary, RunSetup(True, setup.rule, 0.02, [], []), drawn, "")
+    assert "0 of 2 trials succeeded" in (tmp_path / "report.html").read_text()
+    (one_went_on,) = found_of((ended, fell), setup)
+    assert one_went_on.iteration.coverage95 == 1.0
+    assert one_went_on.iteration.crps is not None

@@ -106,3 +106,34 @@ def test_an_older_prediction_without_probabilities_gives_a_reason_but_no_numbers
     old = prediction(Assessment("search", 3.0, 0.9, 0.1, None), Assessment("policy 0", 3.0, 0.2, 0.1, 0))
     assert reason_for(1, False, old) is Reason.BETTER
     assert reason_in_words(Reason.BETTER, old, [iteration(0)]) == ""
+
+
+TWICE = "Policy 0, driven twice already, was no candidate."
+
+
+def test_a_policy_that_was_driven_twice_is_said_to_be_no_candidate():
+    """It may be expected to do better than the one that is driven."""
+    before = [iteration(0), iteration(1, same_policy_as=0), iteration(2)]
+    better = prediction(assessment(0.9, None), assessment(0.25, 2))
+    assert reason_in_words(Reason.BETTER, better, before) == (
+        f"Expected to be better: to succeed with probability 0.89, policy 2 with 0.25. {TWICE}"
+    )
+    as_likely = prediction(assessment(0.88, None), assessment(0.92, 2))
+    assert reason_in_words(Reason.AS_LIKELY, as_likely, before).endswith(f"the sampled robots balance. {TWICE}")
+    margin = prediction(replace(assessment(0.9, None), margin=0.7), replace(assessment(1.0, 2), margin=0.45))
+    assert reason_in_words(Reason.MARGIN, margin, before).endswith(f"policy 2 with 45%. {TWICE}")
+
+
+def test_several_policies_that_were_driven_twice_are_all_named():
+    before = [iteration(0), iteration(1, 0), iteration(2), iteration(3, 2), iteration(4)]
+    better = prediction(assessment(0.9, None), assessment(0.25, 4))
+    assert reason_in_words(Reason.BETTER, better, before).endswith(
+        "policy 4 with 0.25. Policies 0 and 2, driven twice already, were no candidates."
+    )
+
+
+def test_where_some_were_driven_twice_and_the_others_set_aside_both_are_said():
+    before = [iteration(0), iteration(1, 0), iteration(2)]
+    assert "some were driven twice already, and under each of the others" in reason_in_words(
+        Reason.MARGIN, MARGIN_ALONE, before
+    )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import twbal
-from twbal.core.errors import ConfigError, LinkError, LogError
+from twbal.core.errors import ConfigError, DataError, LinkError, LogError
 from twbal.effects.dead_zone import DeadZone
 from twbal.policies.policy import Policy
 from twbal.policies.random import RandomPolicy
@@ -233,3 +233,66 @@ def test_a_kernel_that_cannot_be_learned_or_searched_is_refused_with_the_set_up(
 def test_a_kernel_that_can_be_searched_is_set_up():
     setup = twbal.setup("paper", ["model.kernel=matern52+linear", "search=particles"])
     assert setup.models.recipe.kernel == "matern52+linear"
+
+
+def test_an_evaluation_of_no_episode_is_an_error():
+    with pytest.raises(DataError, match=r"An evaluation needs at least one episode; found none\."):
+        twbal.evaluate_simulation({}, [])
+
+
+@pytest.fixture(scope="module")
+def evaluated():
+    """The nominal simulation, by two names more, beside another one, on one log."""
+    simulations = {"mine": "nominal", "nominal": "nominal", "other": "regbot", "again": "nominal"}
+    log = next(iter(sorted(EXCITED.glob("*.mcap"))))
+    return twbal.evaluate_simulation(simulations, log, overrides=["horizons=[0.15]"])
+
+
+def test_a_simulation_keeps_the_name_that_it_was_given(evaluated):
+    assert [each.name for each in evaluated.simulations] == ["nominal", "mine", "other", "again"]
+    nominal, mine, other = (evaluated.score(name, "all logs", "tilt", 0.16) for name in ("nominal", "mine", "other"))
+    assert (mine.simulation, mine.error, mine.ratio) == ("mine", nominal.error, 1.0)
+    assert other.error != nominal.error
+
+
+def test_of_a_single_log_all_logs_are_that_log(evaluated):
+    (name,) = evaluated.columns
+    assert evaluated.score("mine", "all logs", "tilt", 0.16) == evaluated.score("mine", name, "tilt", 0.16)
+    assert evaluated.score("mine", name, "tilt", 0.1 + 0.06) is not None
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"simulation": "yours"}, "no simulation 'yours'. It has: nominal, mine, other, again"),
+        ({"log": "trial_9"}, "no log 'trial_9'. It has: .*trial_000"),
+        ({"channel": "titl"}, "no channel 'titl'. It has: tilt, tilt_rate, wheel_angle, wheel_rate"),
+        ({"horizon": 0.15}, r"no horizon 0.15. It has: 0.16"),
+    ],
+)
+def test_a_score_by_a_name_that_there_is_not_lists_those_that_there_are(evaluated, changed, message):
+    asked = {"simulation": "mine", "log": "all logs", "channel": "tilt", "horizon": 0.16}
+    with pytest.raises(ConfigError, match=message):
+        evaluated.score(**{**asked, **changed})
+
+
+def test_a_score_of_a_channel_that_was_not_measured_is_none(evaluated):
+    kept = tuple(score for score in evaluated.scores if score.channel != "wheel_rate")
+    assert replace(evaluated, scores=kept).score("mine", "all logs", "wheel_rate", 0.16) is None
+
+
+def test_a_recording_that_is_given_twice_is_a_warning(tmp_path):
+    log, other = sorted(EXCITED.glob("*.mcap"))[:2]
+    copy = tmp_path / "copy.mcap"
+    copy.write_bytes(log.read_bytes())
+    with pytest.warns(UserWarning, match=r"copy\.mcap is the same recording as .*trial_000\.mcap: it counts twice"):
+        assert len(twbal.read_episodes([log, other, copy])) == 3
+    (episode,) = twbal.simulate(steps=3)
+    for use, said in (
+        (lambda: twbal.evaluate_simulation({}, [episode, episode]), "episode 1 is the same recording as episode 0"),
+        (lambda: twbal.diagnose([episode, episode]), "episode 1 is the same recording as episode 0"),
+        (lambda: twbal.diagnose([episode], test_episodes=[episode]), "test episode 0 is the same recording as episode"),
+    ):
+        with pytest.warns(UserWarning, match=said), pytest.raises(DataError):  # it is too short for both
+            use()
+    assert len(twbal.read_episodes([log, other])) == 2

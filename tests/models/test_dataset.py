@@ -101,8 +101,17 @@ def test_an_episode_with_other_channels_is_refused_with_both_lists():
 
 
 def test_mixed_control_periods_are_refused():
-    with pytest.raises(DataError, match=r"\[0.01, 0.02\]"):
-        transitions([episode(5, 0), episode(5, 1, period=0.01)], CHANNELS)
+    with pytest.raises(DataError, match=r"control periods of 0\.01 s, 0\.02 s; a model"):
+        transitions([episode(5, 0), episode(5, 1, period=np.float64(0.01))], CHANNELS)
+
+
+def test_control_periods_that_differ_by_rounding_are_one():
+    told = [episode(5, 0), episode(5, 1)]
+    alike = [told[0], replace(told[1], control_period=np.nextafter(0.02, 1.0))]
+    for found, expected in zip(transitions(alike, CHANNELS), transitions(told, CHANNELS), strict=True):
+        np.testing.assert_array_equal(found, expected)
+    with pytest.raises(DataError, match=r"control periods of 0\.02 s, 0\.020002 s"):
+        transitions([told[0], replace(told[1], control_period=0.020002)], CHANNELS)
 
 
 def test_episodes_of_another_control_period_than_the_state_are_refused():

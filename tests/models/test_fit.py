@@ -13,7 +13,7 @@ from twbal.core.errors import ConfigError, FitError
 from twbal.models.evidence import Evidence
 from twbal.models.fit import fit_gp
 from twbal.models.fit_objective import FitObjective
-from twbal.models.fit_settings import FitSettings, LogNormalPrior, PriorReference
+from twbal.models.fit_settings import FitSettings, LogNormalPrior, PriorReference, input_scales
 from twbal.models.gp import condition, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters
 
@@ -284,3 +284,27 @@ def test_the_default_kernel_is_fitted_without_importing_gpytorch():
     code = "import sys, twbal.models.recipe, twbal.models.sparse, twbal.search.task; print('gpytorch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("kernel", ["se", "matern52"])
+def test_an_input_that_changes_by_rounding_alone_is_one_that_never_changes(kernel):
+    """As 0.1 + 0.2 and 0.3: such a length-scale would forget all data a hundredth away."""
+    rng = np.random.default_rng(1)
+    inputs = rng.standard_normal((40, 3))
+    inputs[:, 1] = 0.3
+    targets = np.sin(inputs[:, :1]) + 0.05 * rng.standard_normal((40, 1))
+    rounded = inputs.copy()
+    rounded[5:, 1] = 0.1 + 0.2
+    away = inputs.copy()
+    away[:, 1] = 0.31
+    quick = replace(SETTINGS, starts=2, iterations=15)
+    still, found = (fit_gp(each, targets, quick, 0, kernel=kernel).gp for each in (inputs, rounded))
+    np.testing.assert_allclose(found.mean(away), still.mean(away), atol=1e-6)
+    assert np.abs(found.mean(away) - targets).max() < 0.3
+
+
+def test_the_scale_of_an_input_is_its_standard_deviation_however_little_it_changes_beside_rounding():
+    inputs = np.random.default_rng(0).standard_normal((30, 4)) * [1.0, 1e-12, 1e-7, 1e-12] + [0.0, 0.0, 5.0, 5.0]
+    scales = input_scales(np.column_stack([inputs, np.zeros(30)]))
+    np.testing.assert_array_equal(scales[:3], inputs[:, :3].std(axis=0))
+    np.testing.assert_allclose(scales[3:], [5.0, 1.0])

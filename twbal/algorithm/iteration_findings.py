@@ -135,6 +135,7 @@ def _iteration(
     costs = [real_cost(trial, measures.cost, measures.horizon) for trial in trials]
     bands = _tilt_bands(prediction, channels)
     verdicts = [judged(trial, measures.rule) for trial in trials]
+    compared = trials if any(map(len, trials)) else ()  # of none but their first samples nothing was predicted
     iteration = Iteration(
         index=learned.index,
         real_episodes=len(driven),
@@ -144,7 +145,7 @@ def _iteration(
         real_cost=float(np.mean(costs)) if costs else None,
         successes=sum(verdict.succeeded for verdict in verdicts),
         trials=len(trials),
-        coverage95=coverage95(prediction.states, trials, channels.measured) if trials and prediction else None,
+        coverage95=coverage95(prediction.states, compared, channels.measured) if compared and prediction else None,
         fit_s=round(learned.fit_s, 3),
         search_s=round(learned.search_s, 3),
         drift_m=float(np.median([drift(trial, channels.wheel_radius) for trial in trials])) if trials else None,
@@ -168,7 +169,7 @@ def _iteration(
         tilt_unknown=_tilt_unknown(prediction, channels),
         trials_of=learned.trials_of,
     )
-    iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
+    iteration = _with_scores(_with_parts(iteration, verdicts), prediction, compared, measures)
     notes = (
         _note(iteration, before, learned.searches),
         reason_in_words(iteration.reason, prediction, before),

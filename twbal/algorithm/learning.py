@@ -191,8 +191,10 @@ class Algorithm(Generic[R, M, P, S, K]):
 
     def _first_trial(self, newest: LearnedPolicy[R, M, P]) -> int:
         """Number of the first rollout to learn from after a policy; no two rollouts of a run have one number."""
-        most = self._settings.max_update_rollouts * self._driving.trials + self._settings.calibration_rollouts
-        return self._driving.first_trial + newest.index * most
+        settings = self._settings
+        most = settings.max_update_rollouts * self._driving.trials + settings.calibration_rollouts
+        at_random = settings.random_rollouts if settings.initial_policy is InitialPolicy.RANDOM else 0
+        return self._driving.first_trial + at_random + newest.index * most
 
     def _tried(
         self, learned: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]

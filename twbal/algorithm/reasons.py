@@ -51,19 +51,45 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     """
     if reason is Reason.ALONE:
         return "No earlier policy was a candidate: each was driven twice."
-    if reason is Reason.MARGIN and prediction is not None and best_earlier(prediction) is None:
-        return (
-            f"Searched for more margin: it succeeds with {prediction.best.margin:.0%} of sampled robots that changed. "
-            "No earlier policy was a candidate: under each of them the robot fell in a trial, or its tilt oscillated "
-            "in the worst one."
-        )
-    rival = best_earlier(prediction) if prediction is not None else None
-    if prediction is None or rival is None or rival.earlier is None or reason not in _COMPARED:
+    if prediction is None or reason not in _COMPARED:
         return ""
+    rival, left_out = best_earlier(prediction), _driven_twice(prediction, before)
+    if rival is None or rival.earlier is None:
+        return _without_rival(prediction.best, bool(left_out)) if reason is Reason.MARGIN else ""
     than = f"policy {before[rival.earlier].first_had}"
+    said = _compared(reason, prediction.best, rival, than)
+    return " ".join([said, *_not_compared(left_out)]) if said else ""
+
+
+def _driven_twice(prediction: Prediction, before: Sequence[Iteration]) -> list[int]:
+    """The policies that were driven for two iterations already and were no candidates, by their first iterations."""
+    had = [iteration.first_had for iteration in before]
+    judged = {had[each.earlier] for each in prediction.candidates if each.earlier is not None}
+    return sorted(policy for policy in set(had) if had.count(policy) > 1 and policy not in judged)
+
+
+def _not_compared(policies: Sequence[int]) -> list[str]:
+    """A sentence that names the policies which were no candidates; none where all were."""
+    if not policies:
+        return []
+    *others, last = map(str, policies)
+    if others:
+        return [f"Policies {', '.join(others)} and {last}, driven twice already, were no candidates."]
+    return [f"Policy {last}, driven twice already, was no candidate."]
+
+
+def _compared(reason: Reason, best: Assessment, rival: Assessment, than: str) -> str:
+    """The numbers of a new policy and those of the best earlier one, which `than` names; empty where some are unknown.
+
+    Args:
+        reason: one that compares two policies.
+        best: the new one.
+        rival: the earlier one.
+        than: its name.
+    """
     if reason is Reason.MARGIN:
-        return _margins(prediction.best, rival, than)
-    ours, theirs = prediction.best.success_probability, rival.success_probability
+        return _margins(best, rival, than)
+    ours, theirs = best.success_probability, rival.success_probability
     if ours is None or theirs is None:
         return ""
     if reason is Reason.BETTER:
@@ -71,6 +97,17 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     return (
         f"Expected to succeed about as often as {than} (probability {ours:.2f} and {theirs:.2f}); chosen as it ranks "
         "first by how the sampled robots balance."
+    )
+
+
+def _without_rival(best: Assessment, is_one_driven_twice: bool) -> str:
+    """What a policy that was searched for margin is expected to do, and why no earlier one was a candidate."""
+    whose = "of the others" if is_one_driven_twice else "of them"
+    twice = "some were driven twice already, and " if is_one_driven_twice else ""
+    return (
+        f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed. No earlier "
+        f"policy was a candidate: {twice}under each {whose} the robot fell in a trial, or its tilt oscillated in the "
+        "worst one."
     )
 
 

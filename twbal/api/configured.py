@@ -7,8 +7,10 @@ from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.composed import composed
 from twbal.cli.diagnosis_config import composed_diagnosis
 from twbal.cli.setup_config import setup_of
+from twbal.core.threads import one_thread
 
 
+@one_thread
 def setup(robot: RobotLike = "paper", overrides: Sequence[str] = ()) -> Setup:
     """The set-up of `twbal iterate` with these words.
 

@@ -3,15 +3,17 @@
 from collections.abc import Callable, Sequence
 
 from twbal.api.arguments import check_progress
-from twbal.api.files import GivenEpisodes, episodes_in
+from twbal.api.files import GivenEpisode, GivenEpisodes, episodes_in, warn_of_duplicates
 from twbal.api.sheets import RobotLike, check_overrides, words_for
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.cli.signals import interruptible
+from twbal.core.threads import one_thread
 from twbal.diagnosis.inputs import NamedEpisodes
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 
 
 @interruptible()
+@one_thread
 def diagnose(
     episodes: GivenEpisodes,
     robot: RobotLike = "paper",
@@ -35,6 +37,9 @@ def diagnose(
         DataError: the episodes cannot be used; the message says why and what to try.
         ConfigError: a setting cannot be right.
 
+    Warns:
+        UserWarning: two episodes are the same recording.
+
     On logged data of a simulated robot with dry friction in its joints:
 
     >>> import twbal
@@ -47,8 +52,11 @@ def diagnose(
     """
     check_progress(progress)
     check_overrides(overrides, {"episodes": "episodes", "test_episodes": "test_episodes"})
-    names, measured = episodes_in("episode", episodes)
-    test_names, tests = episodes_in("test episode", test_episodes)
+    measured, tests = episodes_in("episode", episodes), episodes_in("test episode", test_episodes)
+    warn_of_duplicates([*measured, *tests])
     simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
-    given = NamedEpisodes(measured, names), NamedEpisodes(tests, test_names)
-    return diagnose_episodes(*given, simulation, settings, data, progress)
+    return diagnose_episodes(_named(measured), _named(tests), simulation, settings, data, progress)
+
+
+def _named(given: Sequence[GivenEpisode]) -> NamedEpisodes:
+    return NamedEpisodes([each.episode for each in given], [each.name for each in given])

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from twbal.algorithm.collection import RolloutPlan
+from twbal.algorithm.collection import RolloutPlan, end_if_read_again
 from twbal.algorithm.collection import simulate as driven
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.setup import Setup
@@ -24,6 +24,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.evaluation import TrialVerdict, drift, judged, real_cost
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.threads import one_thread
 from twbal.effects.effect import Effect
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.sheet_check import check_robot, check_sensors
@@ -55,6 +56,7 @@ class Evaluation:
 
 
 @interruptible()
+@one_thread
 def simulate(
     robot: RobotLike = "paper",
     policy: Policy | str | Path | None = None,
@@ -104,6 +106,7 @@ def simulate(
 
 
 @interruptible()
+@one_thread
 def evaluate(
     policy: Policy | str | Path,
     robot: RobotLike = "paper",
@@ -162,6 +165,7 @@ def evaluate(
         source = Provenance(name, "simulation", seed=seed)
         episodes = tuple(driven(setup.simulation.having(given), driver, channels, settings, source))
     else:
+        end_if_read_again()
         check_plant(plant)
         if given:
             raise ConfigError("effects are those of the simulated robot, and here a plant is driven; give one of both.")

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from twbal import __version__
 from twbal.algorithm import model_file
@@ -13,7 +14,9 @@ from twbal.cli.policy_check import check_made_for
 from twbal.cli.policy_origin import with_control_period
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
+from twbal.core.files import file_hash
 from twbal.core.streams import Stream, generator
+from twbal.core.threads import one_thread
 from twbal.embedded.board_export import Export, export_to
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
@@ -67,6 +70,7 @@ def save_policy(path: PathLike, policy: SavedPolicy) -> str:
     return save_checkpoint(Path(path), "policy", policy.to_payload())
 
 
+@one_thread
 def export_policy(
     policy: SavedPolicy | PathLike, folder: PathLike, robot: RobotLike = "paper", distil: int | None = None
 ) -> Export:
@@ -106,6 +110,7 @@ def export_policy(
     )
 
 
+@one_thread
 def load_model(path: PathLike) -> DynamicsModel:
     """The model of the dynamics, f + g, in a `model.pt`.
 
@@ -132,6 +137,9 @@ def read_episodes(paths: PathLike | Sequence[PathLike]) -> list[Episode]:
     Raises:
         LogError: a source is not there, has no log in it, or a log cannot be read.
 
+    Warns:
+        UserWarning: two logs are the same recording.
+
     >>> import twbal
     >>> episodes = twbal.read_episodes("data/regression/real")
     >>> episodes[0].observations.shape[1]  # time, tilt, tilt rate, ...; see `twbal.core.plant.Observation`
@@ -139,12 +147,27 @@ def read_episodes(paths: PathLike | Sequence[PathLike]) -> list[Episode]:
     """
     if not isinstance(paths, str | Path):
         check_list("paths", paths, (str, Path), "the path of a log or of a folder of logs, or a list of such paths")
-    sources = [paths] if isinstance(paths, str | Path) else list(paths)
-    return [read_episode(file) for file in episode_files([str(source) for source in sources])]
+    found = _read([paths] if isinstance(paths, str | Path) else paths)
+    warn_of_duplicates(found)
+    return [each.episode for each in found]
 
 
-def episodes_in(name: str, given: GivenEpisodes) -> tuple[list[str], list[Episode]]:
-    """Names, for reports and errors, and episodes that were given as such or by paths.
+class GivenEpisode(NamedTuple):
+    """An episode that was given to a function, as such or by a path.
+
+    Attributes:
+        name: for reports and errors.
+        episode: it.
+        recording: the same for two that are the same recording, as far as their files or objects tell.
+    """
+
+    name: str
+    episode: Episode
+    recording: str | int
+
+
+def episodes_in(name: str, given: GivenEpisodes) -> list[GivenEpisode]:
+    """Episodes that were given as such or by paths.
 
     Args:
         name: of the argument, in the singular.
@@ -157,10 +180,27 @@ def episodes_in(name: str, given: GivenEpisodes) -> tuple[list[str], list[Episod
     if not isinstance(given, str | Path):
         example = "a list of episodes, or paths as twbal.read_episodes takes them"
         check_list(f"{name}s", given, (Episode, str, Path), example)
-    names: list[str] = []
-    episodes: list[Episode] = []
+    found: list[GivenEpisode] = []
     for item in [given] if isinstance(given, str | Path) else given:
-        files = [] if isinstance(item, Episode) else episode_files([str(item)])
-        episodes += [item] if isinstance(item, Episode) else [read_episode(file) for file in files]
-        names += [f"{name} {len(names)}"] if isinstance(item, Episode) else [str(file) for file in files]
-    return names, episodes
+        found += [GivenEpisode(f"{name} {len(found)}", item, id(item))] if isinstance(item, Episode) else _read([item])
+    return found
+
+
+def warn_of_duplicates(given: Sequence[GivenEpisode]) -> None:
+    """Warn where episodes are the same recording: it would count twice."""
+    first: dict[str | int, str] = {}
+    doubts = []
+    for each in given:
+        if each.recording in first:
+            doubts.append(
+                f"{each.name} is the same recording as {first[each.recording]}: it counts twice, so results look too "
+                "sure."
+            )
+        first.setdefault(each.recording, each.name)
+    warn_of(doubts)
+
+
+def _read(sources: Sequence[PathLike]) -> list[GivenEpisode]:
+    """The episodes of some sources."""
+    files = episode_files([str(source) for source in sources])
+    return [GivenEpisode(str(file), read_episode(file), file_hash(file)) for file in files]

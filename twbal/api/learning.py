@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from twbal.algorithm.collection import end_if_read_again
 from twbal.algorithm.in_memory import InMemory
 from twbal.algorithm.iteration_findings import findings, summarise
 from twbal.algorithm.learning import Algorithm
@@ -18,6 +19,7 @@ from twbal.cli.signals import interruptible
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
+from twbal.core.threads import one_thread
 from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import SavedPolicy
@@ -48,6 +50,7 @@ class LearningResult:
 
 
 @interruptible()
+@one_thread
 def learn(
     plant: Plant,
     robot: RobotLike | None = None,
@@ -91,6 +94,7 @@ def learn(
     >>> result.summary.best.trials, len(result.policies)
     (1, 1)
     """
+    end_if_read_again()
     check_plant(plant)
     check_progress(progress)
     if setup is None:

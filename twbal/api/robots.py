@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+from twbal.algorithm.collection import end_if_read_again
 from twbal.api.real_robots import heed_last_check
 from twbal.api.sheets import RobotLike, check_overrides, is_packaged, sheet_of, words_for, words_of_sheet
 from twbal.cli.composed import built, composed
@@ -65,6 +66,7 @@ def connect(
     ...     plant.control_period  # s
     0.02
     """
+    end_if_read_again()
     arguments = {"robot": "robot", "heed_check": "heed_check"}
     check_overrides(overrides, arguments if port is None else {**arguments, "link": "port", "link.port": "port"})
     link = ["link=virtual"] if port is None else ["link=serial", f"link.port={str(port)!r}"]

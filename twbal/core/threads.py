@@ -6,10 +6,11 @@ each other, each computed by one thread, come out the same on any number of core
 """
 
 import os
+import sys
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from contextlib import ContextDecorator, ExitStack
 from functools import cache, wraps
-from threading import RLock
+from threading import Lock, RLock
 from typing import ParamSpec, TypeVar, cast
 
 Task = TypeVar("Task")
@@ -25,6 +26,50 @@ def default_to_one_thread() -> None:
         os.environ.setdefault(name, "1")
 
 
+class OneThread(ContextDecorator):
+    """Within it numeric libraries compute by one thread, also those that were loaded before this library.
+
+    They read the environment as they are loaded, so what `default_to_one_thread` sets comes too late for them. Where
+    the person gave another number in the environment, that number stays. It may be entered again within itself and by
+    several threads, as a decorator too: the numbers of before are put back when the last one leaves.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside, self._limits = Lock(), 0, ExitStack()
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._inside == 0:
+                self._limits = _limits_to_one()
+            self._inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if self._inside == 0:
+                self._limits.close()
+
+
+def _limits_to_one() -> ExitStack:
+    """One thread in the libraries that are loaded, until what is returned is closed."""
+    # Here, as a module of `import twbal` must be loaded fast.
+    from threadpoolctl import threadpool_limits  # type: ignore[import-untyped]
+
+    openmp, openblas, mkl = (1 if os.environ.get(name) == "1" else None for name in THREADS)
+    limits = ExitStack()
+    numbers = {"openmp": openmp, "blas": openblas, "libmkl_rt": mkl, "mkl_rt": mkl}  # by names of threadpoolctl
+    limits.enter_context(threadpool_limits(numbers))
+    torch = sys.modules.get("torch")
+    if torch is not None and openmp:
+        limits.callback(torch.set_num_threads, torch.get_num_threads())
+        torch.set_num_threads(1)
+    return limits
+
+
+one_thread = OneThread()
+"""The one of this process: a function that computes is decorated by it."""
+
+
 def cores() -> int:
     """Cores that this process may compute on."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -38,6 +83,8 @@ def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task], threads: in
         tasks: any number.
         threads: how many tasks at a time; None: one a core.
     """
+    from concurrent.futures import ThreadPoolExecutor  # here, as a module of `import twbal` must be loaded fast
+
     with ThreadPoolExecutor(threads or cores()) as pool:
         return list(pool.map(work, tasks))
 

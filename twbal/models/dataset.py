@@ -47,18 +47,22 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
         if episode.channels != channels.names:
             raise DataError(
                 f"Episode {number} has the state channels {', '.join(episode.channels)}; expected are "
-                f"{', '.join(channels.names)}. Collect it anew with this state, or choose the state it was made with."
+                f"{', '.join(channels.names)}. Collect or import it anew with this state, or choose the "
+                "state it was made with."
             )
     episodes = [episode.over_ground() for episode in episodes]
     periods = sorted({episode.control_period for episode in episodes})
-    if len(periods) > 1:
+    if periods and periods[-1] - periods[0] > _SAME_PERIOD:
+        named = dict.fromkeys(f"{period:g}" for period in periods)
         raise DataError(
-            f"The episodes have control periods of {periods} s; a model of one-step changes needs a single one."
+            f"The episodes have control periods of {' s, '.join(named)} s; a model of one-step changes needs a single "
+            "one."
         )
     if episodes and channels.control_period and abs(periods[0] - channels.control_period) > _SAME_PERIOD:
         raise DataError(
             f"The episodes have a control period of {periods[0]:g} s; expected is {channels.control_period:g} s, that "
-            "of the state. Choose the robot that they were recorded with by robot=..."
+            "of the state. Choose the robot that they were recorded with by robot=...; of imported logs, give "
+            f"robot.control_period={periods[0]:g}."
         )
     usable = _usable(episodes, channels)
     if not any(each.any() for each in usable):

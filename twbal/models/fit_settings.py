@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.errors import ConfigError, FitError
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 
 MUTE_TARGET_SD = 1e-6  # stands for the spread of a target that is zero throughout
 START_NOISE = 0.1  # σ/std(y)
+_ROUNDING = 1e-9  # of the largest value; what varies less does so by rounding
 
 
 @dataclass(frozen=True)
@@ -87,17 +88,23 @@ def reference_of(inputs: Array, targets: Array) -> PriorReference:
 
 
 def input_scales(inputs: Array) -> Array:
-    """Scale of each input, (d,): its standard deviation, or its size where it never changes."""
+    """Scale of each input, (d,): its standard deviation, or its size where it never changes but for rounding."""
     size = np.abs(inputs).max(axis=0)
     still = np.where(size > 0.0, size, 1.0)
-    return np.where(np.ptp(inputs, axis=0) > 0.0, inputs.std(axis=0), still)
+    return np.where(changing(inputs), inputs.std(axis=0), still)
+
+
+def changing(inputs: Array) -> Mask:
+    """Whether each input changes by more than rounding, (d,)."""
+    is_wide = inputs.std(axis=0) > _ROUNDING * np.abs(inputs).max(axis=0)
+    return np.asarray(is_wide & (np.ptp(inputs, axis=0) > 0.0))
 
 
 def target_scale(target: Array) -> float:
-    """Standard deviation of a target (n,), or its size where it never changes."""
+    """Standard deviation of a target (n,), or its size where it never changes but for rounding."""
     size = float(np.abs(target).max())
     deviation = float(target.std())
-    return deviation if deviation > 1e-9 * size else (size or MUTE_TARGET_SD)
+    return deviation if deviation > _ROUNDING * size else (size or MUTE_TARGET_SD)
 
 
 def check_samples(inputs: Array, targets: Array) -> None:

@@ -17,7 +17,14 @@ from twbal.core.streams import Stream, generator
 from twbal.core.threads import in_threads
 from twbal.models.evidence import Evidence
 from twbal.models.fit_objective import FitObjective, Minimum
-from twbal.models.fit_settings import START_NOISE, FitSettings, PriorReference, check_samples, reference_of
+from twbal.models.fit_settings import (
+    START_NOISE,
+    FitSettings,
+    PriorReference,
+    changing,
+    check_samples,
+    reference_of,
+)
 
 Integers = NDArray[np.int64]
 Begin = TypeVar("Begin")
@@ -128,7 +135,7 @@ class _Search(NamedTuple):
         """Starts about one that is a good guess."""
         n, d = inputs.shape
         start = np.append(np.zeros(d), np.log([1.0 / START_NOISE, START_NOISE]))
-        moving = np.append(np.ptp(inputs, axis=0) > 0.0, [True, True])  # the data say nothing about the other inputs
+        moving = np.append(changing(inputs), [True, True])  # the data say nothing about the other inputs
         apart = n > settings.screening_points and settings.own_choices > 0
         count = settings.own_choices if apart else settings.starts
         away = settings.perturbation * rng.standard_normal((count, d + 2)) * moving

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 import torch
 
+from twbal.core.errors import FitError
 from twbal.models.fit_settings import FitSettings
 from twbal.models.kernels.exact import condition
 from twbal.models.kernels.expression import build
 from twbal.models.kernels.induced import choose_inducing, condition_induced
 from twbal.models.kernels.kernel_process import prior_process
-from twbal.models.kernels.prior import Interpolated, Waves, draw_prior
+from twbal.models.kernels.prior import Interpolated, Waves, _root, draw_prior
 from twbal.models.kernels.samples import KernelSamples
 
 COUNT = 3000
@@ -97,3 +98,31 @@ def test_the_gradient_by_the_inputs_is_that_of_finite_differences():
     drawn = KernelSamples.draw(condition(*data(), prior("matern52+linear")).gp, 3, 40, np.random.default_rng(7))
     inputs = torch.tensor(np.random.default_rng(2).standard_normal((3, 2)), requires_grad=True)
     assert torch.autograd.gradcheck(drawn, (inputs,), eps=1e-6, atol=1e-4)
+
+
+def covariance(least):
+    """One of 12 places whose largest variance is 1, and whose least eigenvalue is as given."""
+    turned = np.linalg.qr(np.random.default_rng(0).standard_normal((12, 12)))[0]
+    matrix = turned * np.append(np.linspace(0.1, 1.0, 11), least) @ turned.T
+    return torch.tensor((matrix / matrix.diagonal().max())[None])
+
+
+@pytest.mark.parametrize(("least", "jitter"), [(0.2, 1e-8), (-3e-8, 1e-7), (-3e-6, 1e-5), (-3e-5, 1e-4)])
+def test_a_covariance_that_is_hardly_one_gets_as_little_jitter_as_it_needs(least, jitter):
+    matrix = covariance(least)
+    expected = torch.linalg.cholesky(matrix + jitter * matrix.amax() * torch.eye(12, dtype=torch.float64))
+    assert torch.equal(_root(matrix), expected)
+
+
+@pytest.mark.parametrize("least", [-3e-3, np.nan])
+def test_a_covariance_that_is_none_is_an_error_that_names_the_kernel(least):
+    with pytest.raises(FitError, match=r"covariance of 12 places is not positive definite.*another model\.kernel"):
+        _root(covariance(least))
+
+
+def test_waves_too_short_for_the_precision_of_numbers_are_one_clear_error():
+    module = build("periodic", 2, 1)
+    module.base_kernel.raw_period_length.data[:] = -30.0
+    places = torch.tensor(np.random.default_rng(0).standard_normal((60, 2)))
+    with pytest.raises(FitError, match=r"another model\.kernel"):
+        draw_prior(module.requires_grad_(False), places, 3, 20, np.random.default_rng(1))

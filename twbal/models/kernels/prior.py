@@ -14,10 +14,11 @@ import gpytorch.kernels as gk
 import numpy as np
 import torch
 
+from twbal.core.errors import FitError
 from twbal.core.gaussian import Array
 from twbal.models.kernels.expression import DenseLinear
 
-_JITTER = 1e-8  # of the anchors' largest variance
+_JITTERS = (1e-8, 1e-7, 1e-6, 1e-5, 1e-4)  # of the anchors' largest variance; the first that suffices is taken
 
 
 class PriorFunctions(Protocol):
@@ -94,6 +95,9 @@ def draw_prior(
         count: P.
         features: waves of each summand; or anchors beside the centres.
         rng: draws them.
+
+    Raises:
+        FitError: the covariance of the anchors is not positive definite, with the most jitter.
     """
     summands = kernel.kernels if isinstance(kernel, gk.AdditiveKernel) else [kernel]
     linear = [part for part in summands if isinstance(part.base_kernel, DenseLinear)]
@@ -150,8 +154,21 @@ def _interpolated(
     around = chosen + centres.std(dim=0, correction=0) * torch.tensor(rng.standard_normal(chosen.shape))
     anchors = torch.cat([centres, around])
     matrix = kernel(anchors, anchors).to_dense()
-    top = matrix.diagonal(dim1=1, dim2=2).amax(dim=1)
-    matrix = matrix + _JITTER * top[:, None, None] * torch.eye(len(anchors), dtype=torch.float64)
     normal = torch.tensor(rng.standard_normal((len(matrix), len(anchors), count)))
-    root = torch.linalg.cholesky(matrix)
-    return Interpolated(kernel, anchors, torch.linalg.solve_triangular(root.mT, normal, upper=True))
+    return Interpolated(kernel, anchors, torch.linalg.solve_triangular(_root(matrix).mT, normal, upper=True))
+
+
+def _root(matrix: torch.Tensor) -> torch.Tensor:
+    """Lower Cholesky factors of the covariances of anchors (E, q, q), with as little jitter as they need."""
+    top = matrix.diagonal(dim1=1, dim2=2).amax(dim=1)
+    for jitter in _JITTERS:
+        more = jitter * top[:, None, None] * torch.eye(matrix.shape[-1], dtype=torch.float64)
+        root: torch.Tensor
+        root, failed = torch.linalg.cholesky_ex(matrix + more)
+        if not failed.any():
+            return root
+    raise FitError(
+        f"Functions cannot be drawn from the kernel that was learned: its covariance of {matrix.shape[-1]} places is "
+        f"not positive definite, with a jitter of {_JITTERS[-1]:g} either. Choose another model.kernel, or collect "
+        "more rollouts."
+    )
