@@ -1,7 +1,8 @@
 import pytest
 
 from twbal.core.engine import dividing_step, substeps
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, DataError
+from twbal.core.robot_model import DriveTrain, RobotModel
 
 
 @pytest.mark.parametrize(
@@ -34,3 +35,16 @@ def test_the_advised_step_fits(period, step):
 def test_a_step_that_divides_the_period_stays():
     assert dividing_step(0.02, 0.001) == 0.001
     assert dividing_step(0.02, 0.02) == 0.02
+
+
+def test_a_command_is_cut_to_the_torque_limit_and_has_to_be_finite(paper):
+    model = RobotModel(paper, 2.0)
+    assert [model.clip(u) for u in (-3.0, -2.0, 0.5, 1e9)] == [-2.0, -2.0, 0.5, 2.0]
+    for command in (float("nan"), float("inf"), -float("inf")):
+        with pytest.raises(DataError, match="finite torque; found"):
+            model.clip(command)
+
+
+def test_geared_rotors_cannot_have_all_of_a_wheels_inertia():
+    with pytest.raises(ConfigError, match="expected less than all of it"):
+        DriveTrain(geared_share=1.1)

@@ -2,6 +2,8 @@
 
 import re
 
+import pytest
+
 from twbal.cli.main import main
 
 
@@ -37,3 +39,49 @@ def test_a_sweep_goes_through_effects(as_from_a_shell, tmp_path, capsys):
     words = ["+effect@sim.effects.backlash=backlash", "sim.effects.backlash.gap=0.01,0.02", "rollouts=1", "steps=2"]
     assert main(["sim-collect", "-m", *words]) == 0
     assert len(list(tmp_path.rglob("*.mcap"))) == 2
+
+
+@pytest.fixture
+def said(as_from_a_shell, tmp_path, capfd):
+    """What a command says that must fail before it makes anything."""
+
+    def run(*words):
+        assert main(["sim-collect", *words]) == 1
+        assert not list(tmp_path.iterdir())
+        return [line for line in capfd.readouterr().err.splitlines() if "pybullet build time" not in line][-1]
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (
+            "+effect@sim.effects.a=dead_zone +effect@sim.effects.b=dead_zone",
+            "sim.effects.a and sim.effects.b are the effect dead_zone twice; give one with what both do together.",
+        ),
+        (
+            "robot=regbot +effect@sim.effects.dead_zone=dead_zone",
+            "With sim.effects.dead_zone, no command up to the torque limit of 0.49 N·m turns the wheels of regbot; try "
+            "sim.effects.dead_zone.width=0.0245 (",
+        ),
+        (
+            "robot=regbot +effect@sim.effects.f=coulomb_friction +effect@sim.effects.v=viscous_friction "
+            "sim.effects.v.coefficient=0.001",
+            "With sim.effects.f, no command up to the torque limit of 0.49 N·m turns the wheels of regbot; try "
+            "sim.effects.f.torque=0.00735 (",
+        ),
+        (
+            "+effect@sim.effects.gain=torque_gain sim.effects.gain.gain=0.03 +effect@sim.effects.zone=coulomb_friction",
+            "With sim.effects.gain and sim.effects.zone, no command up to the torque limit of 20 N·m turns",
+        ),
+    ],
+)
+def test_effects_that_cannot_be_meant_are_refused_before_anything_runs(words, expected, said):
+    assert expected in said(*words.split())
+
+
+@pytest.mark.parametrize("word", ["width=0.0245", "width=0.4"])
+def test_an_effect_of_the_robots_size_is_taken(word, as_from_a_shell, tmp_path):
+    words = ["robot=regbot", "+effect@sim.effects.dead_zone=dead_zone", f"sim.effects.dead_zone.{word}"]
+    assert main(["sim-collect", *words, "rollouts=1", "steps=2"]) == 0

@@ -7,6 +7,7 @@ from hydra.utils import instantiate
 
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation
+from twbal.core.start_pose import StartPose
 from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.backlash import Backlash
 from twbal.effects.backlash_behind_encoder import BacklashBehindEncoder
@@ -15,14 +16,17 @@ from twbal.effects.com_height import ComHeight
 from twbal.effects.com_offset import ComOffset
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.dead_zone import DeadZone
-from twbal.effects.effect import assemble
+from twbal.effects.effect import assemble, torque_left
 from twbal.effects.friction_compensation import FrictionCompensation
-from twbal.effects.library import all_effects, nodes
+from twbal.effects.library import all_effects, nodes, values_of
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.parameter import parameters_of
 from twbal.effects.sensor_noise import SensorNoise
+from twbal.effects.stribeck_friction import StribeckFriction
 from twbal.effects.torque_gain import TorqueGain
 from twbal.effects.viscous_friction import ViscousFriction
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.sim.bullet_plant import SimPlant
 
 H = 0.001
 
@@ -176,3 +180,59 @@ def test_another_effect_does_not_change_the_noise(paper):
 def test_a_robot_has_play_on_one_side_of_its_encoders_only(paper):
     with pytest.raises(ConfigError, match="leave one of the effects"):
         assemble(paper, [Backlash(0.05), BacklashBehindEncoder(0.02)])
+
+
+@pytest.mark.parametrize("effects", [[DeadZone(1.0), DeadZone(0.5)], [BodyMass(1.1), DeadZone(1.0), BodyMass(1.1)]])
+def test_two_effects_of_one_kind_are_refused_by_both_simulations(paper, effects):
+    """The physics engine would have both, and the planar model one."""
+    settings = {"robot": paper, "start": StartPose(0.0, 0.0, 0.0, 0.0), "physics_step": H, "seed": 0}
+    said = f"the effect {type(effects[0]).__name__} twice; give one"
+    for refusing in (lambda: assemble(paper, effects), lambda: values_of(effects)):
+        with pytest.raises(ConfigError, match=said):
+            refusing()
+    for simulation in (SimPlant, PlanarPlant):
+        with pytest.raises(ConfigError, match=said):
+            simulation(effects=effects, **settings)
+
+
+NEVER_TURN = {
+    "dead zone": [DeadZone(1.0)],
+    "dead zone, forward alone": [DeadZone(0.4, 0.4)],
+    "dry friction": [CoulombFriction(0.25)],
+    "dry friction at rest": [StribeckFriction(0.1, 0.2, 2.0)],
+    "dead zone and friction": [DeadZone(0.3), CoulombFriction(0.1)],
+    "weak motors and friction": [TorqueGain(0.5), CoulombFriction(0.15)],
+}
+TURN = {
+    "nothing": [],
+    "dead zone": [DeadZone(0.4)],
+    "dry friction": [CoulombFriction(0.2)],
+    "dead zone and compensation": [DeadZone(0.6), FrictionCompensation(0.3)],
+}
+
+
+def turned_by(robot, effects, sign):
+    """Angle by which the planar model's wheels turn, forward positive, at rest under the largest command."""
+    start = StartPose(0.0, 0.0, 0.0, 0.0)
+    with PlanarPlant(robot=robot, effects=effects, start=start, physics_step=H, seed=0) as plant:
+        plant.reset(0)
+        for _ in range(5):
+            plant.step(sign * robot.torque_limit)
+        return sign * (plant._state.position / robot.wheel_radius)
+
+
+@pytest.mark.parametrize("kind", NEVER_TURN)
+def test_where_nothing_is_left_of_the_torque_limit_the_wheels_stand(regbot, kind):
+    assert torque_left(regbot, NEVER_TURN[kind]) <= 0.0
+    assert min(turned_by(regbot, NEVER_TURN[kind], sign) for sign in (1.0, -1.0)) < 1e-6
+
+
+@pytest.mark.parametrize("kind", TURN)
+def test_where_something_is_left_of_it_they_turn(regbot, kind):
+    assert torque_left(regbot, TURN[kind]) > 0.0
+    assert min(turned_by(regbot, TURN[kind], sign) for sign in (1.0, -1.0)) > 0.01
+
+
+def test_all_of_a_friction_at_rest_is_of_each_wheel():
+    known = parameters_of(StribeckFriction)
+    assert known["torque"].is_of_each_wheel and known["breakaway"].is_of_each_wheel

@@ -23,7 +23,14 @@ def run(milliseconds, *messages, host_reads=True, lost=(), force=()):
     program = build_folder() / "balboa_line"
     make(str(program))
     frames = " ".join(to_wire(message).hex() for message in messages)
-    words = [program, str(milliseconds), str(int(host_reads)), frames, *map(str, lost or (force and (0, 0))), *map(str, force)]
+    words = [
+        program,
+        str(milliseconds),
+        str(int(host_reads)),
+        frames,
+        *map(str, lost or (force and (0, 0))),
+        *map(str, force),
+    ]
     done = subprocess.run(words, capture_output=True, text=True, check=True)
     said, waited, speed = done.stdout.splitlines()
     return Decoder().feed(bytes.fromhex(said)), int(waited), int(speed) / 400

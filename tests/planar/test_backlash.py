@@ -9,6 +9,9 @@ from scipy.integrate import solve_ivp
 from test_motion import lagrange, swing
 
 from twbal.core.play import CONTACT_STEP
+from twbal.core.robot_parameters import GRAVITY
+from twbal.planar.joint_damping import joint_damping_rate
+from twbal.planar.parameters import planar_parameters
 
 HANGING = {"tilt": np.pi + 0.02}  # a body that hangs, so that small differences stay small
 GAP, SHARE, TIME, DAMPING = 0.03, 0.4, 0.006, 0.3
@@ -124,3 +127,69 @@ def test_play_behind_encoders_bends_alike(paper):
         swing(paper, {name: EFFECT}, HANGING, push, 1e-3, 0.2)[-1] for name in ("backlash", "backlash_behind_encoder")
     )
     np.testing.assert_array_equal(one, other)
+
+
+def geared_rotors_on_springs(robot, share, geared):
+    """Motion of wheels, body and rotors in space, φ, θ and ρ, and their rates: Lagrange's equations of all three.
+
+    Of the wheels' inertia, `share` is J of the rotors, and `geared` turns relative to the body. That is J_g of J, with
+    the energy ½ J_g (ρ̇ - θ̇)², and what is left of it, g, with ½ g (φ̇ - θ̇)².
+    """
+    m, l, r, spin = robot.body_mass, robot.com_height, robot.wheel_radius, 2.0 * robot.wheel_inertia
+    rotors, behind = share * spin, min(share, geared) * spin
+    beside = geared * spin - behind
+    stiffness, damping = rotors * (pi / TIME) ** 2, 2.0 * DAMPING * rotors * pi / TIME
+    wheels, body = (m + 2.0 * robot.wheel_mass) * r**2 + spin - rotors, robot.body_inertia_pitch + m * l**2
+
+    def motion(t, z):
+        tilt, rate = z[1], z[4]
+        beyond = z[2] - z[0] - np.clip(z[2] - z[0], -0.5 * GAP, 0.5 * GAP)
+        pull = stiffness * beyond + damping * (z[5] - z[3])
+        pull = pull if pull * beyond > 0.0 else 0.0
+        tied = m * l * r * np.cos(tilt) - beside
+        inertia = np.array([[wheels, tied, 0.0], [tied, body + geared * spin, -behind], [0.0, -behind, rotors]])
+        weight = m * GRAVITY * l * np.sin(tilt)
+        forces = np.array([pull + m * l * r * np.sin(tilt) * rate**2, weight - push(t), push(t) - pull])
+        return np.concatenate([z[3:], np.linalg.solve(inertia, forces)])
+
+    return motion
+
+
+@pytest.mark.parametrize("kind", ["backlash", "backlash_behind_encoder"])
+@pytest.mark.parametrize(("share", "geared"), [(0.4, 0.3), (0.4, 0.9), (0.9, 0.5), (0.9, 0.9)])
+def test_geared_rotors_behind_play_are_those_of_three_bodies(paper, kind, share, geared):
+    seconds, step = 0.15, 5e-5
+    start = [0.0, HANGING["tilt"], 0.0, 0.0, 0.0, 0.0]
+    motion = geared_rotors_on_springs(paper, share, geared)
+    true = solve_ivp(motion, (0.0, seconds), start, max_step=2e-4, rtol=1e-8, atol=1e-10).y[3:, -1]
+    effects = {kind: {**EFFECT, "rotor_share": share}, "rotor_inertia": {"share": geared}}
+    end = swing(paper, effects, HANGING, lambda t: push(t + 0.5 * step), step, seconds)[-1]
+    found = np.array([end.wheel_speed, end.tilt_rate, end.rotor_speed])
+    assert np.abs(found - true).max() < 0.05 * np.abs(true).max()
+
+
+@pytest.mark.parametrize("share", [0.2, 0.8])
+def test_a_body_does_not_feel_motors_that_turn_geared_rotors_alone(paper, share):
+    """Their rates relative to the body grow by τ / J, and what turns them and what they push back cancel in it."""
+    torque, gap, step = 0.5, 0.2, 1e-4
+    effects = {"backlash": {"gap": gap, "rotor_share": share}, "rotor_inertia": {"share": 0.9}}
+    inertia = share * 2.0 * paper.wheel_inertia
+    crossing = np.sqrt(gap * inertia / torque)
+    states = swing(paper, effects, {"tilt": 0.0}, torque, step, 0.9 * crossing)
+    assert abs(states[-1].tilt_rate) + abs(states[-1].wheel_speed) < 1e-9
+    assert states[-1].rotor_speed == pytest.approx(torque * (len(states) - 1) * step / inertia, rel=1e-9)
+    after = swing(paper, effects, {"tilt": 0.0}, torque, step, 1.2 * crossing)[-1]
+    assert after.tilt_rate < 0.0 < after.wheel_speed
+
+
+def test_joints_beside_geared_rotors_behind_play_are_damped_as_the_motion_says(paper):
+    """Between impacts, by how far a step of viscous friction slows wheels and body down against each other."""
+    effects = {
+        "backlash": {"gap": 0.3, "rotor_share": 0.4},
+        "rotor_inertia": {"share": 0.9},
+        "viscous_friction": {"coefficient": 0.05},
+    }
+    step, rate = 1e-6, 1.0
+    first, last = swing(paper, effects, {"tilt": 0.0, "wheel_speed": rate}, 0.0, step, step)
+    slowed = (first.wheel_speed - first.tilt_rate - last.wheel_speed + last.tilt_rate) / step
+    assert joint_damping_rate(planar_parameters(paper, effects)) == pytest.approx(slowed / rate, rel=1e-6)

@@ -1,18 +1,22 @@
 import pickle
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.effect import assemble
+from twbal.effects.flexible_frame import FlexibleFrame
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.sensor_noise import SensorNoise
+from twbal.effects.wheel_slip import WheelSlip
+from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.restart_state import RestartState
 from twbal.sim.world import World
@@ -93,6 +97,58 @@ def test_positive_command_drives_the_wheels_forward_and_the_body_back(paper):
 def test_commands_are_cut_at_the_torque_limit(paper):
     with plant(paper) as simulated:
         assert np.array_equal(drive(simulated, 0, [1e6, -1e6]), drive(simulated, 0, [20, -20]))
+
+
+@pytest.mark.parametrize("kind", [SimPlant, PlanarPlant])
+@pytest.mark.parametrize("command", [np.nan, np.inf, -np.inf])
+def test_a_command_that_is_no_finite_torque_is_refused_and_harms_nothing(paper, kind, command):
+    settings = {"robot": paper, "effects": (), "start": START, "physics_step": 0.001, "seed": 0}
+    with kind(**settings) as simulated, kind(**settings) as fresh:
+        simulated.reset(0)
+        simulated.step(1.0)
+        with pytest.raises(DataError, match="must be a finite torque"):
+            simulated.step(command)
+        assert np.array_equal(simulated.step(2.0), drive(fresh, 0, [1.0, 2.0])[-1])
+        assert np.array_equal(drive(simulated, 1, COMMANDS), drive(fresh, 1, COMMANDS))
+
+
+def test_a_world_whose_robot_was_lost_begins_anew(paper):
+    """A motion that is no number any more stays in its rollout; PyBullet itself would let the robot fall for good."""
+    model, initial = assemble(paper, []), InitialState(0.05, 0.0, 0.0)
+    nothing = model.start(0.001, np.random.default_rng(0))
+    lost, fresh = World(model, 0.001), World(model, 0.001)
+    lost.reset(initial)
+    lost.advance(np.nan, nothing, 3)
+    assert np.isnan(lost.motion().tilt)
+    for world in (lost, fresh):
+        world.reset(initial)
+        world.advance(1.0, nothing, 50)
+    assert lost.motion() == fresh.motion()
+    for world in (lost, fresh):
+        world.close()
+
+
+def test_a_wheel_that_spins_gets_as_fast_as_the_torque_makes_it(paper):
+    """On ice, the torque τ turns both wheels of the inertia I_w alone, at τ t / 2 I_w: to 240 rad/s and more."""
+    torque, seconds = 20.0, 0.3
+    model = assemble(paper, [WheelSlip(0.005)])
+    world, nothing = World(model, 0.001), model.start(0.001, np.random.default_rng(0))
+    for _ in range(2):  # what PyBullet saves does not bring its own bound back
+        world.reset(InitialState(0.0, 0.0, 0.0))
+        world.advance(torque, nothing, round(seconds / 0.001))
+        motion = world.motion()
+        free = torque * seconds / (2 * paper.wheel_inertia)
+        assert motion.wheel_rate + motion.tilt_rate == pytest.approx(free, rel=0.01)
+    assert free > 200.0
+    world.close()
+
+
+def test_numbers_of_numpy_make_the_same_robot(paper):
+    """PyBullet would read `np.float64(0.1)` in a robot's file as no number, and wheels without inertia stand still."""
+    numbers = {"body_mass": np.float64(paper.body_mass), "wheel_inertia": np.float64(paper.wheel_inertia)}
+    frame = [FlexibleFrame(*map(np.float64, (0.3, 8.0, 0.1, 1.5)))]
+    with plant(replace(paper, **numbers), frame) as one, plant(paper, [FlexibleFrame(0.3, 8.0, 0.1, 1.5)]) as other:
+        assert np.array_equal(drive(one, 0, COMMANDS), drive(other, 0, COMMANDS))
 
 
 def test_it_keeps_straight_ahead_and_on_the_ground(paper):

@@ -289,10 +289,18 @@ def test_what_is_beside_play_acts_where_the_planar_model_has_it(robot, beside):
 
 
 def test_rotors_behind_play_have_their_share_of_geared_rotors_too(robot):
+    """Rotors sit on the motors' side of the play: as much of the geared inertia as there can be is there.
+
+    Of 0.9 of the wheels' inertia, 0.4 is behind the play, which is all of that; 0.5 turns with the wheels' side, and
+    0.1 is the wheels' own. With all 0.9 on the wheels' side, of which that has but 0.6, the wheels would have -0.3.
+    """
     effects = [Backlash(0.03, 0.4), RotorInertia(0.9)]
     planar = constants(planar_parameters(robot, values_of(effects)), STEP)
-    assert Gears(assemble(robot, effects), STEP)._play.rotors == pytest.approx(planar.play.rotors)
-    assert planar.play.rotors == pytest.approx(2 * 0.4 * robot.wheel_inertia)
+    gears, whole = Gears(assemble(robot, effects), STEP), 2 * robot.wheel_inertia
+    assert gears._rotors._play.rotors == pytest.approx(planar.play.rotors)
+    assert planar.play.rotors == pytest.approx(0.4 * whole)
+    assert planar.geared_rotors == gears._carried == 1.0
+    assert planar.geared == pytest.approx(gears._coupling) == pytest.approx(0.5 * whole)
 
 
 def test_what_firmware_adds_to_wheels_that_turn_opposite_ways_cancels(robot):

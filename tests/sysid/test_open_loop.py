@@ -73,3 +73,25 @@ def test_a_body_that_comes_to_the_tilt_limit_lies_there(paper, driven):
     assert abs(found.readings[0, -1, 0]) > 0.35
     assert (found.readings[0, fell:] == found.readings[0, fell - 1]).all()
     assert predicted(paper, driven, [6], 3).fell[0] == 4
+
+
+@pytest.mark.parametrize("late", [3.99, 5.3])
+def test_an_imu_that_is_late_by_many_periods_shows_what_it_has_seen_that_long_ago(paper, late):
+    effects, step = {"imu_delay": {"delay": late * paper.control_period}}, paper.control_period / FINE
+    start = StartPose(0.05, 0.0, 0.0, 0.0)
+    plant = PlanarPlant(robot=paper, effects=effects_from(effects), start=start, physics_step=step, seed=0)
+    commands = np.random.default_rng(0).uniform(-3.0, 3.0, PERIODS)
+    rows, states = [plant.reset(0)], []
+    for command in [*commands, 0.0]:
+        states.append((*plant._state, 0.0))
+        rows.append(plant.step(float(command)))
+    seen, sure = np.array(rows)[:-1, [1, 2, 4, 5]], np.ones(PERIODS + 1, bool)
+    recording = Recording("r", paper.control_period, commands, seen, np.zeros(PERIODS + 1), sure, np.ones(4, bool))
+    planar, starts = planar_parameters(paper, effects), np.array([4, 6, 15])
+    found = predict_open_loop(planar, recording, FINE, np.array(states), starts, np.zeros((3, 8)), 10, 9.0).readings
+    for k, begin in enumerate(starts):
+        true = seen[begin + 1 : begin + 11]
+        early = int(np.ceil(late))  # what is seen of the time before the start lies between states a period apart
+        assert found[k, early:, 1] == pytest.approx(true[early:, 1], abs=1e-9)
+        assert found[k, :, 1] == pytest.approx(true[:, 1], abs=0.05 * np.ptp(seen[:, 1]))
+        assert found[k, early:, 0] == pytest.approx(true[early:, 0] - 0.5 * step * true[early:, 1], abs=1e-9)

@@ -97,7 +97,7 @@ def test_an_imu_is_late_by_a_time_whatever_the_lengths_of_the_periods():
     steps = np.concatenate([np.linspace(a, b, 5)[:-1] for a, b in pairwise(instants)] + [instants[-1:]])  # 4 a period
     for n in (1, 2, 5, 20):
         for delay in (0.0, 0.003, 0.013, 0.02, 0.03):
-            behind = steps_behind(instants, n, delay, 0.02, 4)
+            behind = steps_behind(instants, n, delay, 0.02, 4, 16)
             before = np.arange(-20, 0) * 0.005  # as long as a mean period
             seen = np.interp(4 * n - behind, np.arange(-20, len(steps)), np.concatenate([before, steps]))
             assert seen == pytest.approx(instants[n] - delay, abs=1e-12)

@@ -1,5 +1,6 @@
 """The robot behind the interface `Plant`."""
 
+import re
 import time
 from dataclasses import replace
 from itertools import pairwise
@@ -11,6 +12,7 @@ from conftest import CONF
 
 from twbal.core.errors import ConfigError
 from twbal.core.start_pose import StartPose
+from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
 SHEETS = sorted(path.stem for path in (CONF / "robot").glob("*.yaml"))
 START = StartPose(-0.05, 0.02, 0.05, 0.02)
@@ -203,3 +205,23 @@ def test_the_acceleration_of_a_period_in_parts_is_that_of_the_whole(make):
     seen = robot.step(4.0)
     speeds = [0.15 * (each.wheel_rate + each.tilt_rate) for each in (before, seen)]
     assert seen.acceleration == pytest.approx((speeds[1] - speeds[0]) / 0.02, rel=0.02)
+
+
+@pytest.mark.parametrize(("period", "step"), [(0.0194, 0.001), (0.00025, 0.001)])
+def test_a_physics_step_that_does_not_divide_the_control_period_comes_with_one_that_does(period, step, make):
+    def built(physics_step):
+        robot = make()
+        settings = {"truth": robot.truth, "start": START, "seed": 0}
+        return MujocoRobot(control_period=period, physics_step=physics_step, **settings)
+
+    with pytest.raises(ConfigError, match="not a whole number of the virtual robot's physics steps") as refused:
+        built(step)
+    advised = float(re.search(r"try physics_step=(\S+)\.$", str(refused.value))[1])
+    assert 0.5 * min(step, period) < advised <= step
+    assert built(advised).control_period == period
+
+
+@pytest.mark.parametrize("step", [0.0, -0.001, float("nan")])
+def test_a_physics_step_that_is_none_is_refused(step, make):
+    with pytest.raises(ConfigError, match="must be positive"):
+        make(physics_step=step)

@@ -12,6 +12,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import compose_stage
+from twbal.cli.effect_check import check_effects
 from twbal.cli.hydra_errors import settings_taken
 from twbal.cli.robot_words import sheet_of
 from twbal.cli.settings.lookup import OURS, Table, is_known, leaves
@@ -109,6 +110,7 @@ def check_configuration(cfg: DictConfig, stage: str, hydra: HydraConf | None = N
         if isinstance(node, DictConfig) and (place, values) not in _built:
             _build(node)
             _built.add((place, values))
+    check_effects(own)
     if stage not in FIND_THEIR_STEP:
         _check_step(own)
 

@@ -105,7 +105,11 @@ class EnginePlant(Plant):
         return self._observe()
 
     def step(self, command: float) -> Observation:
-        """Hold the command, cut to the torque limit, for one control period."""
+        """Hold the command, cut to the torque limit, for one control period.
+
+        Raises:
+            DataError: the command is not finite.
+        """
         self._engine.advance(self._model.clip(command), self._effect_state, self._substeps)
         self._periods += 1
         return self._observe()

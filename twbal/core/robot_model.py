@@ -5,11 +5,12 @@ The plain values of it serve kernels, too (`twbal.core.compiled`).
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import exp
+from math import exp, isfinite
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 
@@ -164,6 +165,9 @@ class DriveTrain:
             too [rad]; 0: none.
         geared_share: of each wheel's inertia on the data sheet, the part that turns relative to the body. The robot's
             `wheel_inertia` is without it.
+
+    Raises:
+        ConfigError: geared rotors have all of a wheel's inertia.
     """
 
     coulomb_friction: float = 0.0
@@ -181,6 +185,13 @@ class DriveTrain:
     imbalance: float = 0.0
     presliding: float = 0.0
     geared_share: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not self.geared_share < 1.0:
+            raise ConfigError(
+                f"Geared rotors have {self.geared_share:g} of a wheel's inertia; expected less than all of it. Leave "
+                "one of the effects out that add to their share."
+            )
 
     def dry_friction(self, rate: float) -> float:
         """Largest dry friction of each joint [N·m] at a rate relative to the body [rad/s]."""
@@ -241,8 +252,12 @@ class RobotModel:
         return replace(self.robot, wheel_inertia=self.robot.wheel_inertia / (1.0 - share)) if share else self.robot
 
     def clip(self, command: float) -> float:
-        """The command, cut to the torque limit [N·m]."""
-        return min(max(float(command), -self.torque_limit), self.torque_limit)
+        """The command, cut to the torque limit [N·m].
+
+        Raises:
+            DataError: it is not finite.
+        """
+        return clipped(command, self.torque_limit)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> "EffectState":
         """Fresh memory for one rollout; each effect draws from a stream of its own."""
@@ -253,6 +268,17 @@ class RobotModel:
         sensors = [s.start(period, stream) for s, stream in zip(self.sensors, sensing, strict=True)]
         joints = tuple(joint.start(self.robot, physics_step) for joint in self.joints)
         return EffectState(tuple(actuators), tuple(sensors), joints)
+
+
+def clipped(command: float, torque_limit: float) -> float:
+    """A command, cut to a torque limit [N·m].
+
+    Raises:
+        DataError: it is not finite. A simulation that got such a command would be none any more.
+    """
+    if not isfinite(command):
+        raise DataError(f"A command must be a finite torque; found {command} N·m.")
+    return min(max(float(command), -torque_limit), torque_limit)
 
 
 @dataclass(frozen=True)

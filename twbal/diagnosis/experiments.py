@@ -17,7 +17,7 @@ from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold, standing
 from twbal.planar.planar_state import STRAIGHT, PlanarState
-from twbal.planar.sensing import imu_settled, read_sensors
+from twbal.planar.sensing import imu_settled, periods_kept, read_sensors
 from twbal.policies.excitation import Excitation, ExcitationLaw, excited_command
 from twbal.search.excited import excited_regulator
 from twbal.sysid.model import Data, Model
@@ -36,10 +36,10 @@ FADE_TILT = 0.25
 _START_TILT = 0.05  # rad; by which a person is off who puts the robot upright
 _MOST_TILT = 0.35  # rad; two thirds of the tilt at which a rollout ends
 _CUT = 0.02  # share of the control periods in which the torque limit may cut the command
-_RING = 4  # control periods of the IMU's past, as in the predictor
 _COMMAND_WIDTH = 0.1  # of a gentle regulator, under which most robots stay up
 _MULTISINE, _PRBS = 0.03, 0.06  # of the usual disturbance, that of `policy=excite`
-_SIZES = (1.0, 2.0, 3.0)  # of the disturbance, in the usual one
+SIZES = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6)
+"""Of the disturbance, in the usual one."""
 _SLOW, _FAST = 0.25, 0.6  # shares of the sheet's speed limit
 
 
@@ -69,14 +69,19 @@ class Experiment:
         return {**policy, "steps": round(SECONDS / period)}
 
 
-def experiments_of(robot: RobotParameters) -> tuple[Experiment, ...]:
-    """The candidates: slow without a disturbance; and with one to three times the usual one, on the spot and fast."""
+def experiments_of(robot: RobotParameters) -> tuple[tuple[Experiment, ...], ...]:
+    """The candidates: for each speed, the same experiment with a disturbance of each of `SIZES`.
+
+    The robot is asked to stand, to drive slowly, and to drive fast. Before them comes one that drives slowly without a
+    disturbance.
+    """
     limit = MotionLimits.of_robot(robot).speed
-    choices = [(0.0, _SLOW), *((size, speed) for size in _SIZES for speed in (0.0, _FAST))]
-    return tuple(
-        Experiment(_COMMAND_WIDTH, round(size * _MULTISINE, 3), round(size * _PRBS, 3), float(f"{share * limit:.2g}"))
-        for size, share in choices
-    )
+    shaken = [[(size, share) for size in SIZES] for share in (0.0, _SLOW, _FAST)]
+    return tuple(tuple(_experiment(size, share * limit) for size, share in each) for each in ([(0.0, _SLOW)], *shaken))
+
+
+def _experiment(size: float, speed: float) -> Experiment:
+    return Experiment(_COMMAND_WIDTH, round(size * _MULTISINE, 4), round(size * _PRBS, 4), float(f"{speed:.2g}"))
 
 
 class SimulatedExperiment(NamedTuple):
@@ -118,7 +123,7 @@ def simulate(
     policy = experiment.policy(robot)
     drawn = np.array(list(islice(policy.drawn(generator(Stream.EXPLORATION, seed)), steps)))
     state = standing(k, _START_TILT - k.offset, 0.0, 0.0, 0.0)
-    imu = imu_settled(k, state, _RING * data.substeps)
+    imu = imu_settled(k, state, periods_kept(k, data.substeps) * data.substeps)
     commands, measured = np.zeros(steps), np.empty((steps + 1, 4))
     radius = robot.wheel_radius
     most, cut = _driven(

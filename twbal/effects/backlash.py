@@ -92,8 +92,9 @@ class Backlash(DriveEffect):
     still, the rotors alone would be thrown back after the `contact_time` T: the spring's stiffness is (π / T)² times
     their inertia. With `contact_time` 0 it is rigid, and the impact plastic.
     It acts between motor and wheel, and the encoders sit on the wheels; for those on the motors' shafts, see
-    `backlash_behind_encoder`. Of the inertia of the data sheet's wheels, `rotor_share` turns with the rotors. It looks
-    most like a dead zone or a delay where the torque keeps changing its sign.
+    `backlash_behind_encoder`. Of the inertia of the data sheet's wheels, `rotor_share` turns with the rotors, and that
+    of the effect `rotor_inertia` is theirs as far as this allows. It looks most like a dead zone or a delay where the
+    torque keeps changing its sign.
     """
 
     gap: float = gap_of(Quantity.GAP)

@@ -22,7 +22,12 @@ class BodyInertia(BodyEffect):
         value=1.3,
         neutral=1.0,
         least=1e-3,
-        changes=scales(Quantity.BODY_INERTIA_PITCH, Quantity.BODY_INERTIA_ROLL, Quantity.BODY_INERTIA_YAW),
+        changes=scales(
+            Quantity.BODY_INERTIA_PITCH,
+            Quantity.BODY_INERTIA_ROLL,
+            Quantity.BODY_INERTIA_YAW,
+            Quantity.TURN_INERTIA,
+        ),
     )
     reference = (
         "C. G. Atkeson, C. H. An, J. M. Hollerbach: Estimation of inertial parameters of manipulator loads and links, "

@@ -14,7 +14,8 @@ does to a robot, and what there is to say of it. It can act in three ways, and i
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, replace
 from enum import IntEnum
 from typing import Any, ClassVar, TypeVar
@@ -272,9 +273,10 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
     Commands are cut at the data sheet's torque limit.
 
     Raises:
-        ConfigError: the robot has play on both sides of its encoders.
+        ConfigError: an effect is there twice, or the robot has play on both sides of its encoders.
     """
-    ordered = sorted(effects, key=lambda effect: (effect.place, type(effect).__name__))
+    refuse_twice(effects)
+    ordered = _in_their_order(effects)
     frame, drive, ground = Frame(), DriveTrain(), Ground()
     torque_limit = robot.torque_limit
     for effect in ordered:
@@ -296,3 +298,39 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> RobotModel:
         actuators=tuple(e.on(robot) for e in ordered if isinstance(e, ActuatorEffect)),
         sensors=tuple(e.on(robot, ordered) for e in ordered if isinstance(e, SensorEffect)),
     )
+
+
+def refuse_twice(effects: Iterable[Effect]) -> None:
+    """Refuse two effects of one kind: the planar model has one of each, and no diagnosis could tell them apart.
+
+    Raises:
+        ConfigError: there are two.
+    """
+    for kind, count in Counter(map(type, effects)).items():
+        if count > 1:
+            raise ConfigError(f"The robot has the effect {kind.__name__} twice; give one with what both do together.")
+
+
+def torque_left(robot: RobotParameters, effects: Sequence[Effect]) -> float:
+    """Torque that turns the wheels at the largest command, forward or backward, whichever is less [N·m].
+
+    It is what drivers and motors make of the data sheet's torque limit, less the dry friction of both wheels at rest.
+    Where it is 0 or less, no command turns wheels that stand.
+
+    Args:
+        robot: data sheet.
+        effects: of the robot.
+
+    Raises:
+        ConfigError: as of `assemble`.
+    """
+    model = assemble(robot, effects)
+    forward, backward = robot.torque_limit, -robot.torque_limit
+    for effect in _in_their_order(effects):
+        if isinstance(effect, TorqueTerm):
+            forward, backward = effect.drive(forward, 0.0), effect.drive(backward, 0.0)
+    return min(forward, -backward) - 2.0 * model.drive.dry_friction(0.0)
+
+
+def _in_their_order(effects: Iterable[Effect]) -> list[Effect]:
+    return sorted(effects, key=lambda effect: (effect.place, type(effect).__name__))

@@ -1,21 +1,26 @@
 """A gyro whose bias walks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from twbal.core.plant import Observation
-from twbal.core.robot_model import SensorFilter
-from twbal.effects.effect import Place, SensorEffect
+from twbal.core.robot_model import Sensor, SensorFilter
+from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.effect import Effect, Place, SensorEffect
 from twbal.effects.parameter import parameter
+from twbal.effects.tilt_filter import Forgetting, TiltFilter
 
 
 @dataclass(frozen=True)
 class GyroBiasWalk(SensorEffect):
     """The gyro's bias does a random walk from 0: over t seconds its standard deviation grows to `density`·√t.
 
-    It acts on the measured tilt rate. It is a change of the noise, so that no prediction of the motion shows it, and
-    the planar model does without it. A diagnosis tells it from the noise that it fits, and names no effect for it.
+    It acts on the measured tilt rate, and on the tilt that a `tilt_filter` makes of it. It is a change of the noise, so
+    that no prediction of the motion shows it, and the planar model does without it. A diagnosis tells it from the noise
+    that it fits, and names no effect for it.
     """
 
     density: float = parameter(
@@ -31,13 +36,32 @@ class GyroBiasWalk(SensorEffect):
     separate_by = "Let the robot lie still for minutes, and look at the Allan variance of the gyro."
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
-        """Hand out a gyro without a bias."""
-        step, bias = self.density * control_period**0.5, 0.0
+        """Hand out a gyro without a bias, from which no tilt is made."""
+        return _Walk(self, 0.0).start(control_period, rng)
+
+    def on(self, robot: RobotParameters, effects: Sequence[Effect]) -> Sensor:
+        """The gyro of a robot whose tilt may come from a filter of it."""
+        return _Walk(self, next((effect.rate for effect in effects if isinstance(effect, TiltFilter)), 0.0))
+
+
+class _Walk(NamedTuple):
+    """A bias that walks, and the rate of the filter that makes a tilt of it [1/s]; 0: there is none."""
+
+    effect: GyroBiasWalk
+    filter_rate: float
+
+    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
+        """Hand out a gyro without a bias, and a filter that shows none."""
+        step, bias, off = self.effect.density * control_period**0.5, 0.0, 0.0
+        forgetting = Forgetting.of(self.filter_rate, control_period)
 
         def walking(truth: Observation) -> Observation:
-            nonlocal bias
-            shown = truth._replace(tilt_rate=truth.tilt_rate + bias)
+            nonlocal bias, off
+            shown = truth._replace(tilt=truth.tilt + off, tilt_rate=truth.tilt_rate + bias)
+            before = bias
             bias += step * float(rng.standard_normal())
+            if self.filter_rate > 0.0:
+                off = forgetting.after(off, 0.5 * control_period * (before + bias))
             return shown
 
         return walking

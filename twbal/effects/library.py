@@ -19,7 +19,7 @@ from typing import Any, TypeVar, cast
 
 import twbal.effects
 from twbal.core.errors import ConfigError
-from twbal.effects.effect import AxleTerm, Effect, JointTerm, SensorTerm, TorqueTerm
+from twbal.effects.effect import AxleTerm, Effect, JointTerm, SensorTerm, TorqueTerm, refuse_twice
 from twbal.effects.parameter import parameters_of
 
 GROUP, VARIABLE = "twbal.effects", "TWBAL_EFFECTS"
@@ -82,7 +82,13 @@ def is_diagnosed_separately(name: str) -> bool:
 
 
 def values_of(effects: Iterable[Effect]) -> dict[str, dict[str, float]]:
-    """Values by name of the effect and of its parameter, as the planar model takes them."""
+    """Values by name of the effect and of its parameter, as the planar model takes them.
+
+    Raises:
+        ConfigError: an effect is there twice.
+    """
+    effects = tuple(effects)
+    refuse_twice(effects)
     return {effect_name(effect): asdict(cast(Any, effect)) for effect in effects}
 
 

@@ -33,6 +33,7 @@ class StribeckFriction(DriveEffect):
         value=0.3,
         scale=Scale.TORQUE,
         changes=adds_to(Quantity.BREAKAWAY),
+        is_of_each_wheel=True,
     )
     rate: float = parameter(
         "of the wheel, over which that fades",

@@ -33,7 +33,7 @@ class TiltFilter(SensorEffect):
 
     Two more things are a part of e. A torque that comes late changes the tilt rate within a period, which a sum does
     not see. (A torque on time does the same where the readings are late, by `imu_delay`; the planar model alone knows
-    of that.) And a biased or scaled gyro shows more than θ'.
+    of that.) And a gyro that is biased, whose bias walks, or that is scaled shows more than θ'.
     """
 
     rate: float = parameter(
@@ -68,7 +68,10 @@ class TiltFilter(SensorEffect):
         return _Fusion(self, (), 0.0).start(control_period, rng)
 
     def on(self, robot: RobotParameters, effects: Sequence[Effect]) -> Sensor:
-        """The filter of a gyro with those of the effects that change its reading."""
+        """The filter of a gyro with those of the effects that change its reading.
+
+        What it makes of a bias that walks comes with that (`GyroBiasWalk`), so that both have the same walk.
+        """
         gyro = tuple(effect for effect in effects if isinstance(effect, SensorTerm))
         return _Fusion(self, gyro, HIGHEST * robot.wheel_radius)
 
@@ -83,8 +86,7 @@ class _Fusion(NamedTuple):
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """As of `TiltFilter`."""
         rate, lead = self.effect.rate, self.effect.lead
-        lost = -expm1(-rate * control_period)
-        mean = lost / (rate * control_period) if rate > 0 else 1.0  # of exp(-rate·t) over a period
+        forgetting = Forgetting.of(rate, control_period)
         off, speed = 0.0, 0.0  # tilt that is shown less the true one [rad]
         before: PitchMotion | None = None
 
@@ -107,11 +109,33 @@ class _Fusion(NamedTuple):
                 if rate > 0.0:
                     both = wrong_rate(truth, before.tilt_rate) + wrong_rate(truth, truth.tilt_rate)
                     pushed += 0.5 * control_period * both
-                off += mean * pushed - lost * off
+                off = forgetting.after(off, pushed)
             before = now
             return truth._replace(tilt=truth.tilt + off)
 
         return fused
+
+
+class Forgetting(NamedTuple):
+    """How a filter of the tilt forgets what it is off by, over a control period.
+
+    Attributes:
+        lost: share of it that is lost.
+        mean: what is left at the period's end of what came evenly within it.
+    """
+
+    lost: float
+    mean: float
+
+    @classmethod
+    def of(cls, rate: float, control_period: float) -> "Forgetting":
+        """That of a filter with a rate [1/s], which may be 0."""
+        lost = -expm1(-rate * control_period)
+        return cls(lost, lost / (rate * control_period) if rate > 0 else 1.0)
+
+    def after(self, off: float, pushed: float) -> float:
+        """What the filter is off by after a period in which so much came in [rad]."""
+        return off + (self.mean * pushed - self.lost * off)
 
 
 class PitchMotion(NamedTuple):

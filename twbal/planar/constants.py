@@ -62,7 +62,7 @@ class Constants(NamedTuple):
     They are 30 at most: numba compiles no call with more arguments in a row.
 
     Attributes:
-        a, b, c: [kg·m²].
+        a, b, c: [kg·m²]; c is with what turning the body does to geared rotors (`twbal.planar.rolling`).
         d: [N·m].
         offset: δ [rad].
         turn: I_xx - I_zz + m l² [kg·m²].
@@ -73,7 +73,8 @@ class Constants(NamedTuple):
         play: the backlash.
         slope: σ at the start [rad].
         apart: half the track over the wheels' radius.
-        geared: part of the wheels' inertia that turns relative to the body [kg·m²].
+        geared: part of the wheels' inertia that turns relative to the body, on the wheels' side of a backlash [kg·m²].
+        geared_rotors: share of the rotors' inertia behind a backlash that turns relative to the body.
         dry: friction of joints and ground.
         viscous: friction of the joints, as of `DriveTrain`.
         rolling_viscous, grip: of the ground, as of `Ground`.
@@ -102,6 +103,7 @@ class Constants(NamedTuple):
     slope: float
     apart: float
     geared: float
+    geared_rotors: float
     dry: DryFriction
     viscous: float
     rolling_viscous: float
@@ -163,7 +165,11 @@ def constants(p: PlanarParameters, step: float) -> Constants:
     q = quantities(p)
     m, height, r = q[Quantity.BODY_MASS], q[Quantity.COM_HEIGHT], q[Quantity.WHEEL_RADIUS]
     mass = m + 2.0 * p.wheel_mass
+    play = _play(q, p.wheel_inertia)
     geared = 2.0 * q[Quantity.GEARED_SHARE] * p.wheel_inertia
+    behind = min(geared, play.rotors) if q[Quantity.GRIP] >= UNBOUNDED else 0.0  # wheels that slip have no backlash
+    geared_rotors = behind / play.rotors if behind > 0.0 else 0.0
+    geared -= behind
     time_constant = q[Quantity.MOTOR_LAG]
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     fade = lag * time_constant / step if time_constant > 0.0 else 0.0
@@ -171,7 +177,7 @@ def constants(p: PlanarParameters, step: float) -> Constants:
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
         m * height * r,
-        q[Quantity.BODY_INERTIA_PITCH] + m * height * height + geared,
+        q[Quantity.BODY_INERTIA_PITCH] + m * height * height + (geared + (1.0 - geared_rotors) * behind),
         m * GRAVITY * height,
         q[Quantity.COM_OFFSET],
         q[Quantity.TURN_INERTIA] + m * height * height,
@@ -179,10 +185,11 @@ def constants(p: PlanarParameters, step: float) -> Constants:
         mass,
         m * height,
         _swing(q),
-        _play(q, p.wheel_inertia),
+        play,
         q[Quantity.SLOPE],
         0.5 * p.track / r,
         geared,
+        geared_rotors,
         _dry(q),
         q[Quantity.VISCOUS_FRICTION],
         q[Quantity.ROLLING_VISCOUS],
@@ -219,6 +226,7 @@ def with_step(k: Constants, step: float, imu_delay: float) -> Constants:
         k.slope,
         k.apart,
         k.geared,
+        k.geared_rotors,
         k.dry,
         k.viscous,
         k.rolling_viscous,

@@ -119,6 +119,27 @@ def swung(k: Constants, s: PlanarState, f: Forces, speed: float, tilt_rate: floa
 
 
 @kernel(is_inlined=True)
+def turning_over(p: PlanarParameters, k: Constants, spin: float, rising: float, leaning: float) -> float:
+    """What turning about the normal of the ground tips the body forward with [N·m].
+
+    With α the angle of the centre of mass from that normal, it is ψ̇² (m l² sin α cos α + J sin β cos β). The body's
+    inertias, of which J = I_xx - I_zz, are about axes of the body, and so lie at the angle β = α - δ.
+
+    Args:
+        p, k: the planar model, and its constants.
+        spin: ψ̇² [rad²/s²].
+        rising, leaning: sine and cosine of α.
+    """
+    torque = k.turn * spin * rising * leaning
+    if rarely(k.offset != 0.0):  # sin β cos β - sin α cos α = -sin δ cos(2 α - δ)
+        own = k.turn - k.arm * k.arm / (k.mass - 2.0 * p.wheel_mass)
+        sine, cosine = sine_and_cosine(k.offset)
+        twice = cosine * (leaning * leaning - rising * rising) + sine * (2.0 * rising * leaning)
+        torque -= own * spin * sine * twice
+    return torque
+
+
+@kernel(is_inlined=True)
 def forces(p: PlanarParameters, k: Constants, s: PlanarState, torque: float, time: float, turning: Turning) -> Forces:
     """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside.
 
@@ -145,7 +166,7 @@ def forces(p: PlanarParameters, k: Constants, s: PlanarState, torque: float, tim
     wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
     body = k.d * sine - joint
     if rarely(spin != 0.0):
-        body += k.turn * spin * rising * leaning
+        body += turning_over(p, k, spin, rising, leaning)
     back = 0.0
     if rarely(k.swing.mass > 0.0):
         outwards = k.swing.mass * (sine * GRAVITY + k.swing.height * spin * rising * leaning)

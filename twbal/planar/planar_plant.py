@@ -12,7 +12,7 @@ from twbal.core.engine import substeps
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation, Plant, Pose
-from twbal.core.robot_model import UNBOUNDED, Reading
+from twbal.core.robot_model import UNBOUNDED, Reading, clipped
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.sine_cosine import sine_and_cosine
 from twbal.core.start_pose import StartPose
@@ -190,9 +190,12 @@ class PlanarPlant(Plant):
         return self._observe(read_sensors(self._planar_model, self._constants, self._state, self._imu, 0, 0.0, 0.0))
 
     def step(self, command: float) -> Observation:
-        """Hold the command, cut to the torque limit, for one control period."""
-        limit = self._planar_model.torque_limit
-        self._commands.append(min(max(float(command), -limit), limit))
+        """Hold the command, cut to the torque limit, for one control period.
+
+        Raises:
+            DataError: the command is not finite.
+        """
+        self._commands.append(clipped(command, self._planar_model.torque_limit))
         past = len(self._commands) - 1
         commands = np.array(self._commands)
         self._state, reading = drive_on(

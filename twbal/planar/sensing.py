@@ -36,6 +36,17 @@ def ring_length(k: Constants, substeps: int) -> int:
 
 
 @kernel()
+def periods_kept(k: Constants, substeps: int) -> int:
+    """Control periods of the IMU's past that are read by what moves the past along, period by period; four at least.
+
+    Args:
+        k: constants of the planar model.
+        substeps: physics steps of a control period.
+    """
+    return max(3 + int(k.imu_delay / (substeps * k.step)), 4)
+
+
+@kernel()
 def imu_settled(k: Constants, s: PlanarState, rows: int) -> Array:
     """The IMU's past (rows, 4) where it has always seen the state `s`.
 

@@ -6,7 +6,7 @@ file, no damping of its own, and motors freed.
 
 from collections.abc import Sequence
 from functools import partial
-from math import atan2, cos, hypot, sin
+from math import atan2, cos, hypot, isfinite, sin
 
 from twbal.core.engine import RobotMotion
 from twbal.core.plant import Pose
@@ -22,6 +22,8 @@ _ALOFT = (0.0, 0.0, 100.0)
 _BODY, _WHEELS, _PART = -1, (0, 1), 2  # links; the joint of a wheel, or of what swings, has its number
 _LINK, _NORMAL_FORCE = 3, 9  # of a contact point
 _SIDES = (-1.0, 1.0)  # left and right; a robot that turns to the left is faster on the right
+_FASTEST = 1e6
+"""Rate at which joints and body are cut [rad/s], far beyond any that a robot has; PyBullet's own bound is 100."""
 
 
 Vector = tuple[float, float, float]
@@ -69,6 +71,7 @@ class BulletRobot:
                 rollingFriction=0,
                 restitution=0,
             )
+        client.changeDynamics(self._id, _BODY, maxJointVelocity=_FASTEST)  # PyBullet ignores what else is in its call
 
         if geared:  # after the URDF, in which no body may have that
             pitch = robot.body_inertia_pitch + geared
@@ -84,6 +87,10 @@ class BulletRobot:
         """Force of the ground on the wheels in the last physics step, upwards [N]; 0 before the first."""
         points = self._client.getContactPoints(self._id)
         return float(sum(point[_NORMAL_FORCE] for point in points if point[_LINK] in _WHEELS))
+
+    def is_lost(self) -> bool:
+        """Whether its motion is no number any more."""
+        return not all(map(isfinite, self._client.getBaseVelocity(self._id)[0]))
 
     def lift(self) -> None:
         """Take the robot off the ground, which ends its contacts."""

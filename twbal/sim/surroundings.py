@@ -7,7 +7,7 @@ from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
 from twbal.core.plant import Pose
 from twbal.core.robot_model import UNBOUNDED, AxleMotion, RobotModel
-from twbal.core.robot_parameters import GRAVITY
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.sim.creeping_tyres import CreepingTyres
 from twbal.sim.presliding import Bristles, cut, rates_apart
 from twbal.sim.restart_state import RestartState
@@ -34,14 +34,20 @@ class OutsideForces:
     learned to hold them with: as the motor of an engine does it, but one step behind. Where the robot turns, it would
     stop the slower wheel; on wheels that roll opposite ways it cancels. Or it grows over an angle.
 
+    Args:
+        model: the robot with its effects.
+        robot: as the engine has it, whose wheels are without rotors behind a backlash: how far a force changes a rate
+            in one step follows from their inertia.
+        physics_step: [s].
+
     Attributes:
         needed: whether there is anything to do in a step.
         pushes: forces at the axle.
         creeps: whether tyres creep, so that their traction is one of these forces.
     """
 
-    def __init__(self, model: RobotModel, physics_step: float) -> None:
-        ground, robot = model.ground, model.with_rotors
+    def __init__(self, model: RobotModel, robot: RobotParameters, physics_step: float) -> None:
+        ground = model.ground
         self._bound = 2 * ground.rolling_resistance
         self._viscous = 2 * ground.rolling_viscous
         self.pushes = model.pushes

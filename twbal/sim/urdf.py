@@ -1,6 +1,9 @@
 """The robot as URDF text."""
 
+from dataclasses import replace
 from math import cos, sin
+from numbers import Real
+from typing import Any
 
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.swinging_part import SwingingPart
@@ -17,6 +20,10 @@ def urdf_text(robot: RobotParameters, part: SwingingPart | None = None) -> str:
     The wheels collide as spheres: with cylinders, PyBullet's contact points stick to the wheel off its lowest point and
     the axle bounces. The cylinder is what is seen. The body collides with nothing.
     """
+    # Numbers of numpy are written in a way that PyBullet reads as 0.
+    numbers: dict[str, Any] = {key: float(value) for key, value in vars(robot).items() if isinstance(value, Real)}
+    robot = replace(robot, **numbers)
+    part = SwingingPart(*map(float, part)) if part else None
     x = robot.com_height * sin(robot.com_offset)
     z = robot.com_height * cos(robot.com_offset)
     body = f"""  <link name="body">

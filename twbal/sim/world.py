@@ -46,23 +46,27 @@ class World(Engine):
         self._slope = model.ground.slope
         self._physics_step = physics_step
         self._gears = Gears(model, physics_step)
-        self._surroundings = OutsideForces(model, physics_step)
+        self._surroundings = OutsideForces(model, self._gears.robot, physics_step)
+        self._part = swinging_part(model)
+        self._accelerations = 0.0, 0.0  # of wheels and body where a rollout begins, without torque
+        self._model = model
+        self._build()
+
+    def _build(self) -> None:
         self._client = client = Client()
         client.setPhysicsEngineParameter(
-            fixedTimeStep=physics_step,
+            fixedTimeStep=self._physics_step,
             deterministicOverlappingPairs=1,
             contactSlop=0,
             solverResidualThreshold=_RESIDUAL,
         )
         ground = client.createMultiBody(0, client.createCollisionShape(pybullet.GEOM_PLANE))
         client.changeDynamics(ground, -1, lateralFriction=1)
-        part, robot = swinging_part(model), self._gears.robot
+        part, robot = self._part, self._gears.robot
         rigid = without_part(robot, part) if part else robot
-        self._robot = BulletRobot(client, rigid, model, part, self._gears.geared)
+        self._robot = BulletRobot(client, rigid, self._model, part, self._gears.geared)
         if self._surroundings.creeps:
             self._robot.let_slip()
-        self._is_rigid = part is None
-        self._accelerations = 0.0, 0.0  # of wheels and body where a rollout begins, without torque
         self._fresh = client.saveState()  # to restore it takes a hundredth of the time
 
     def reset(self, initial: InitialState, heading: float = 0.0) -> None:
@@ -72,8 +76,11 @@ class World(Engine):
             initial: tilt, tilt rate and speed.
             heading: by which it looks away from where a slope rises, to the left [rad].
         """
+        if self._robot.is_lost():  # PyBullet leaves out for good what was nowhere once
+            self._client.close()
+            self._build()
         self._put(initial, heading)
-        if self._gears.geared:  # rotors feel the accelerations of the step before
+        if self._gears.feels_accelerations:  # rotors feel the accelerations of the step before
             self._accelerations = self._glide()
             self._put(initial, heading)
         self._gears.reset(accelerations=self._accelerations)
@@ -116,7 +123,7 @@ class World(Engine):
     def advance(self, command: float, effect_state: EffectState, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
         step, drive = self._client.stepSimulation, self._robot.drive
-        if self._gears.needed or self._surroundings.needed or effect_state.joints or not self._is_rigid:
+        if self._gears.needed or self._surroundings.needed or effect_state.joints or self._part:
             for _ in range(steps):
                 self._act(effect_state.actuate(command), effect_state)
                 step()
@@ -159,9 +166,10 @@ class World(Engine):
             self._robot.hold()
         self._robot.swing()
         passed = self._gears.pass_on(torque, motion)
+        beside = self._gears.beside_joints(torque, passed)
         self._robot.drive(passed + in_joints, self._gears.rub(motion))
-        on_wheels, on_body = self._gears.turn_rotors(torque + in_joints, motion)
-        on_body += passed - torque  # the motors push themselves off the body, whatever their rotors meet
+        on_wheels, on_body = self._gears.turn_rotors(passed + in_joints, beside, motion)
+        on_body += beside
         if on_body:
             self._robot.turn_body(on_body)
         load = self._robot.load() if self._surroundings.creeps else 0.0

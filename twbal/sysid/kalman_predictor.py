@@ -20,7 +20,7 @@ from twbal.planar.constants import Constants, constants, with_step
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
 from twbal.planar.planar_state import PlanarState, Turning
-from twbal.planar.sensing import imu_settled, read_sensors
+from twbal.planar.sensing import imu_settled, periods_kept, read_sensors
 from twbal.planar.terms import correct
 from twbal.sysid.kalman import Filter
 from twbal.sysid.noise import LASTING
@@ -29,7 +29,6 @@ from twbal.sysid.recording import Recording
 STATE_COLUMNS = len(PlanarState._fields) + 1
 """Columns of its states: `PlanarState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
 _NOTHING = (0.0,) * (len(PlanarState._fields) - 7)
-_RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
 
 @kernel()
@@ -44,7 +43,7 @@ def _first(p: PlanarParameters, k: Constants, measured: Array, lead: float) -> P
 
 
 @kernel()
-def steps_behind(instants: Array, n: int, delay: float, period: float, substeps: int) -> float:
+def steps_behind(instants: Array, n: int, delay: float, period: float, substeps: int, most: int) -> float:
     """Physics steps before instant n of an uneven loop in which an IMU has last seen the robot.
 
     Each period has as many physics steps, of its own length.
@@ -55,6 +54,7 @@ def steps_behind(instants: Array, n: int, delay: float, period: float, substeps:
         delay: of the IMU [s].
         period: mean control period, as long as those before the first instant [s].
         substeps: physics steps of a period.
+        most: physics steps of the past that are kept.
     """
     behind = 0.0
     while n > 0 and delay > instants[n] - instants[n - 1]:
@@ -62,7 +62,7 @@ def steps_behind(instants: Array, n: int, delay: float, period: float, substeps:
         behind += substeps
         n -= 1
     lasts = instants[n] - instants[n - 1] if n > 0 else period
-    return min(behind + substeps * delay / lasts, float(substeps * (_RING - 1)))
+    return min(behind + substeps * delay / lasts, float(most - substeps))
 
 
 @kernel(is_inlined=True)
@@ -238,7 +238,7 @@ def run_predictor(
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
     heading, now, facing = 0.0, 0, sine_and_cosine(0.0)
-    missing, error, imu = np.zeros(LASTING), np.zeros(4), imu_settled(k, s, _RING * substeps)
+    missing, error, imu = np.zeros(LASTING), np.zeros(4), imu_settled(k, s, periods_kept(k, substeps) * substeps)
     for n in range(len(measured)):
         if n > 0:
             now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
@@ -246,7 +246,7 @@ def run_predictor(
             lasts, time = period, n * substeps * k.step
             if len(instants) > 0:
                 lasts, time = instants[n] - instants[n - 1], instants[n]
-                behind = steps_behind(instants, n, nominal.imu_delay, period, substeps)
+                behind = steps_behind(instants, n, nominal.imu_delay, period, substeps, len(imu))
                 k = with_step(nominal, lasts / substeps, behind * lasts / substeps)
                 late = floor(behind)
             before = s

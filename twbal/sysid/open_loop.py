@@ -13,13 +13,12 @@ from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import PlanarParameters
 from twbal.planar.planar_plant import hold
 from twbal.planar.planar_state import PlanarState, turning_at
-from twbal.planar.sensing import filtered_tilt, read_sensors
+from twbal.planar.sensing import filtered_tilt, periods_kept, read_sensors
 from twbal.sysid.kalman_predictor import moved
 from twbal.sysid.recording import Recording
 
-_RING = 4  # control periods of the IMU's past that are kept, as in the predictor
-EARLIEST = _RING
-"""Instant from which on there is a past to start with."""
+EARLIEST = 4
+"""Instant from which on there is a past to start with; what an IMU saw before the first instant is what it saw then."""
 
 
 @kernel()
@@ -59,16 +58,17 @@ def _run(
     """
     h = period / substeps
     k = constants(p, h)
-    imu = np.empty((_RING * substeps, 4))
+    kept = periods_kept(k, substeps)
+    imu = np.empty((kept * substeps, 4))
     steps = predicted.shape[1]
     for j in range(len(starts)):
         n, d = int(starts[j]), off[j]
-        for i in range((_RING - 1) * substeps):  # the filter's tilt and tilt rate, between its instants interpolated
+        for i in range((kept - 1) * substeps):  # the filter's tilt and tilt rate, between its instants interpolated
             age = i // substeps
             share = i / substeps - age
             row = (n * substeps - i) % len(imu)
             near, far = 2 * min(age, 2), 2 * min(age + 1, 2)
-            later, earlier = _seen(k, states[n - age]), _seen(k, states[n - age - 1])
+            later, earlier = _seen(k, states[max(n - age, 0)]), _seen(k, states[max(n - age - 1, 0)])
             for c in range(3):
                 imu[row, c] = (1.0 - share) * later[c] + share * earlier[c]
             for c in range(2):

@@ -3,6 +3,7 @@
 import mujoco
 import numpy as np
 
+from twbal.core.engine import dividing_step
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.core.start_pose import InitialState, StartPose
@@ -180,12 +181,13 @@ def _steps(control_period: float, physics_step: float) -> int:
     """Physics steps in a control period.
 
     Raises:
-        ConfigError: there is not a whole number of them.
+        ConfigError: there is not a whole number of them, or the physics step is not positive.
     """
+    advised = dividing_step(control_period, physics_step)
     count = round(control_period / physics_step)
     if count < 1 or abs(count * physics_step - control_period) > 1e-9 * control_period:
         raise ConfigError(
             f"A control period of {control_period} s is not a whole number of the virtual robot's physics steps of "
-            f"{physics_step} s; try physics_step={control_period / max(count, 1)!r}."
+            f"{physics_step} s; try physics_step={advised!r}."
         )
     return count
