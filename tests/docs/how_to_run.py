@@ -297,7 +297,6 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.robustness": Benchmark(),
     "python -m benchmarks.whole_run": Benchmark(),
     "python -m benchmarks.link_faults robot=virtual clock=real_time times=10": Benchmark(),
-    "python -m benchmarks.hidden_robots": Benchmark(),
     "python -m benchmarks.import_checks": Benchmark(),
     "python -m benchmarks.latency": Benchmark(),
     "python -m benchmarks.latency.steering cases=view_none,view_recording,view_stalled": Benchmark(),

@@ -4,7 +4,8 @@ The equations of `dynamics` with what effects add. On ground that rises by σ ah
 input), with the torque τ between wheels and body, the force F and the torque τ_g on the wheels from outside,
 
     a φ̈ + b cos(α + σ) θ̈ - b sin(α + σ) θ̇² = τ + τ_g + r F - M g r sin σ + b sin(α + σ) ψ̇²
-    b cos(α + σ) φ̈ + c θ̈ - d sin α = -τ + (I_xx - I_zz + m l²) ψ̇² sin(α + σ) cos(α + σ),
+    b cos(α + σ) φ̈ + c θ̈ - d sin α
+        = -τ + ψ̇² (m l² sin(α + σ) cos(α + σ) + (I_xx - I_zz) sin(θ + σ) cos(θ + σ)),
 
 M being the mass of all. Rates go by the accelerations at the step's start, then angles by the new rates (semi-implicit
 Euler). Dry frictions and the backlash are impulses within bounds, which act after the rest of the step: each brings its

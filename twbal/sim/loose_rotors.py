@@ -92,9 +92,8 @@ def _gains(free: Mobilities, carried: float) -> _Gains:
 class LooseRotors:
     """What the rotors behind a backlash pass on to the wheels, step by step.
 
-    What moves wheels and body beside the contact is taken to be as in the step before. Beside geared rotors, the wheels
-    roll as long as the tyres hold them, and what an impulse is beyond that turns wheels that slide. Without geared
-    rotors, the wheels are taken to roll.
+    What moves wheels and body beside the contact is taken to be as in the step before. The wheels roll as long as the
+    tyres hold them, and what an impulse is beyond that turns wheels that slide.
     """
 
     def __init__(
@@ -115,11 +114,9 @@ class LooseRotors:
         free = rolling_mobilities(robot, geared.turning, coupling)
         self._rolling = _gains(free, geared.carried)
         self._sliding = _gains(sliding_mobilities(robot, geared.turning), geared.carried)
-        self._traction = UNBOUNDED  # most impulse of it in a step [N·s]
-        if geared.carried > 0.0:
-            creeps = ground.grip < UNBOUNDED and ground.tyre_creep > 0.0
-            weight = GRAVITY * (robot.body_mass + 2.0 * robot.wheel_mass)
-            self._traction = 0.0 if creeps else physics_step * min(ground.grip, 1.0) * weight
+        creeps = ground.grip < UNBOUNDED and ground.tyre_creep > 0.0
+        weight = GRAVITY * (robot.body_mass + 2.0 * robot.wheel_mass)
+        self._traction = 0.0 if creeps else physics_step * min(ground.grip, 1.0) * weight  # most in a step [N·s]
         self._radius, self._slip_mobility = robot.wheel_radius, slip_mobility(robot)
         self._per_traction = robot.wheel_radius / (1.0 - 2.0 * robot.wheel_inertia * free.wheels)
         self.begin(0.0, 0.0, (0.0, 0.0))
