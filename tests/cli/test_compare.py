@@ -140,7 +140,7 @@ def test_runs_that_were_judged_otherwise_are_warned_of(settings, said, sweeps, t
         for run in (sweeps / name).iterdir():
             (run / ".hydra").mkdir()
             (run / ".hydra" / "config.yaml").write_text(written)
-    assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={tmp_path}"]) == 0
+    assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
     warned = [line for line in capsys.readouterr().out.splitlines() if line.startswith("WARNING: ")]
     assert [what for what in ("rule of success", "cost function") if any(what in line for line in warned)] == said
     assert len(warned) == len(said)

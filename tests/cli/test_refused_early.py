@@ -59,3 +59,40 @@ def test_ctrl_c_ends_simulations_by_several_processes_at_once_and_without_their_
     said, errors = process.communicate(timeout=60)
     assert process.returncode == 130, said + errors
     assert "Traceback" not in errors and "SpawnProcess" not in errors
+
+
+@pytest.mark.parametrize(
+    "word",
+    [
+        "+effect@sim.effect.dead_zone=dead_zone",
+        "+sim.effect.dead_zone.width=3",
+        "+sim.efects={dead_zone:3}",
+        "+effect@sim.efects.dead_zone=dead_zone",
+    ],
+)
+def test_effects_in_a_part_that_nothing_reads_are_refused(word, tmp_path, capsys):
+    assert main(["sim-collect", "rollouts=1", word, f"hydra.run.dir={tmp_path}"]) == 1
+    said = capsys.readouterr().err
+    assert "has no setting 'sim.ef" in said and "did you mean 'sim.effects'?" in said
+
+
+@pytest.mark.parametrize("stage", ["lqr", "fit-sim-gp", "real-rollout"])
+def test_effects_for_a_stage_without_a_simulation_are_refused(stage, tmp_path, capsys):
+    words = {"fit-sim-gp": [f"episodes={DATA / 'real'}"], "real-rollout": [f"policy.path={DATA / 'policy.pt'}"]}
+    given = ["+effect@sim.effects.x=dead_zone", *words.get(stage, []), f"hydra.run.dir={tmp_path}"]
+    assert main([stage, *given]) == 1
+    assert "has no setting 'sim'" in capsys.readouterr().err
+
+
+def test_compare_writes_over_nothing_of_a_person_or_of_another_stage(tmp_path, capsys):
+    own, other = tmp_path / "own", tmp_path / "lqr"
+    own.mkdir()
+    (own / "table.csv").write_text("my data")
+    assert main(["lqr", f"hydra.run.dir={other}"]) == 0
+    runs = f"runs=[{DATA / 'policy.pt'}]"
+    fast = ["robustness=true", "perturbation.trials=1"]
+    for folder in (own, other):
+        assert main(["compare", runs, *fast, f"hydra.run.dir={folder}"]) == 1
+    assert (own / "table.csv").read_text() == "my data"
+    said = capsys.readouterr().err
+    assert "files that could be written over: table.csv" in said and "holds the work of stage lqr" in said

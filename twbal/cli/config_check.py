@@ -56,7 +56,7 @@ def refuse_unread(cfg: DictConfig, stage: str, words: Sequence[str]) -> None:
         ConfigError: there is one.
     """
     table, names = Table(stage, {}), [str(name) for name in cfg if name != "hydra"]
-    added = {re.split(r"[.@=]", word.lstrip("+"), maxsplit=1)[0]: word for word in words if word.startswith("+")}
+    added = {_part_of(word): word for word in words if word.startswith("+")}
     own = set(compose_stage(stage, [])) if any(name in added for name in names) else set(names)
     for name in names:
         is_known_here = table.row(name) or table.has_parts(name)
@@ -113,6 +113,12 @@ def check_configuration(cfg: DictConfig, stage: str, hydra: HydraConf | None = N
     check_effects(own)
     if stage not in FIND_THEIR_STEP:
         _check_step(own)
+
+
+def _part_of(word: str) -> str:
+    """The part of the configuration that `+part.setting=...` or `+group@part.setting=choice` is for."""
+    key, _, package = word.lstrip("+").partition("=")[0].partition("@")
+    return re.split(r"[./]", package or key, maxsplit=1)[0]
 
 
 def _refuse_names_of_choices(cfg: DictConfig, stage: str) -> None:

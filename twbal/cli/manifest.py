@@ -114,6 +114,25 @@ def perform(step: StageWork, work: Callable[[], Sequence[Path]]) -> Manifest:
         return _done_before(step, inputs, fingerprint) or _do(step, inputs, fingerprint, work)
 
 
+def perform_anew(step: StageWork, work: Callable[[], Sequence[Path]]) -> Manifest:
+    """Do `work`, also where it was done before; what lies in the step's folder must be of the same stage.
+
+    Args: as of `perform`.
+
+    Raises:
+        ConfigError: the folder holds the work of another stage, or files of nobody's.
+        DataError: an input cannot be read.
+    """
+    inputs = _inputs_of(step)
+    with alone_in(step.out):
+        before = read_manifest(step.out)
+        if before is None:
+            _refuse_files_of_others(step.out)
+        elif before.stage != step.stage:
+            raise ConfigError(_other_work(step, inputs, before))
+        return _do(step, inputs, _fingerprint(step, inputs), work)
+
+
 def _done_before(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], fingerprint: str) -> Manifest | None:
     """The manifest in the step's folder, if it says that the work is done."""
     before = read_manifest(step.out)

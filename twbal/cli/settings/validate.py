@@ -77,14 +77,23 @@ def _refuse_old_names(stage: str, tree: Mapping[str, Any], table: Table) -> None
 def _refuse_unknown_names(stage: str, tree: Mapping[str, Any], table: Table) -> None:
     """Refuse a setting that nothing reads, beside known ones, as a typo in an experiment makes it."""
     for leaf in leaves(tree):
-        place, _, name = leaf.key.rpartition(".")
-        is_known = table.row(leaf.key) or table.row_above(leaf.key) or table.has_parts(leaf.key)
-        if leaf.is_foreign or is_known or place in FREE or not table.has_parts(place):
+        place, name = _known_above(leaf.key, table)
+        key = f"{place}.{name}"
+        is_known = table.row(key) or table.row_above(leaf.key) or table.has_parts(key)
+        if leaf.is_foreign or is_known or place in ("", *FREE):
             continue
         beside = table.names_in(place)
         near = difflib.get_close_matches(name, beside, n=1)
         guess = f" (did you mean '{place}.{near[0]}'?)" if near else ""
-        raise ConfigError(f"{stage} has no setting {leaf.key!r}{guess}. Those of {place} are: {', '.join(beside)}.")
+        raise ConfigError(f"{stage} has no setting {key!r}{guess}. Those of {place} are: {', '.join(beside)}.")
+
+
+def _known_above(key: str, table: Table) -> tuple[str, str]:
+    """The nearest part above a key that the table has, and what of the key comes next; "" where it has none of them."""
+    place, _, name = key.rpartition(".")
+    while place and not table.has_parts(place):
+        place, _, name = place.rpartition(".")
+    return place, name
 
 
 def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[InvalidSetting]:

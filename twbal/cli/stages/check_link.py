@@ -7,10 +7,11 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import chosen_overrides, next_command, run_folder, say
 from twbal.cli.link_gate import heeds, record_begin, record_check
+from twbal.cli.manifest import StageWork, perform_anew
 from twbal.cli.own_sheet import check_numbers, chosen_by, sheet_file, with_copy, write_measured
 from twbal.cli.robot_link import in_time, robot_link
 from twbal.cli.signals import stopped_once
-from twbal.cli.typed_config import typed
+from twbal.cli.typed_config import recorded, typed
 from twbal.core.check import check_lines, problems, skipped
 from twbal.core.errors import CheckError, MotorsOnError
 from twbal.core.files import write_atomically
@@ -38,11 +39,17 @@ def main(cfg: DictConfig) -> None:
         ConfigError: the sheet cannot be changed here.
     """
     out = run_folder()
-    report = run(cfg, out)
+    found: list[LinkReport] = []
+
+    def check() -> list[Path]:
+        found.append(run(cfg, out))
+        return [out / name for name in (PAGE, RECORD, FIGURE)[: 3 if found[0].round_trips else 2]]
+
+    made = perform_anew(StageWork("check-link", out, recorded(cfg, ()), {}, 0), check).outputs
+    (report,) = found
     print(page(report), end="")
-    for name in (PAGE, RECORD, FIGURE):
-        if (out / name).is_file():
-            print(f"made  {out / name}")
+    for output in made:
+        print(f"made  {out / output.path}")
     own = _record(cfg, report)
     if wrong := problems(report.checks):
         on = " It does not confirm that its motors are off, and THEY MAY STILL BE ON: switch it off by hand."

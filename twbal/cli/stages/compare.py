@@ -14,8 +14,8 @@ from twbal.algorithm.comparison import Run, latex, rows, run_values
 from twbal.algorithm.summary import read_summary
 from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import run_folder
-from twbal.cli.manifest import MANIFEST, read_manifest
-from twbal.cli.typed_config import typed
+from twbal.cli.manifest import MANIFEST, StageWork, perform_anew, read_manifest
+from twbal.cli.typed_config import recorded, typed
 from twbal.cli.yaml_data import OF_A_RUN, read_yaml, yaml_of
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import write_atomically
@@ -52,13 +52,14 @@ def main(cfg: DictConfig) -> None:
     if not files:
         for doubt in _judged_otherwise([file for found in summaries.values() for file in found]):
             print(f"WARNING: {doubt}")
-    made = (
-        []
-        if files
-        else _compare_runs({name: list(map(_run, found)) for name, found in summaries.items()}, out, settings)
-    )
-    if tested is not None:
-        made += compare_robustness(cfg, tested, out)
+
+    def make() -> list[Path]:
+        groups = {} if files else {name: list(map(_run, found)) for name, found in summaries.items()}
+        made = _compare_runs(groups, out, settings) if groups else []
+        return made if tested is None else [*made, *compare_robustness(cfg, tested, out)]
+
+    step = StageWork("compare", out, recorded(cfg, ()), {}, settings.seed)
+    made = [out / output.path for output in perform_anew(step, make).outputs]
     for file in made:
         print(f"made  {file}")
     pages = [str(file) for file in made if file.suffix == ".html"]
