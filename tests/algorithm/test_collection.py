@@ -127,7 +127,7 @@ def test_a_script_that_does_its_work_as_it_is_read_gets_the_same_rollouts(tmp_pa
     words = [sys.executable, str(script), str(Path(__file__).parent)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
-    assert done.stdout.splitlines()[-1] == "60 True True"
+    assert done.stdout.endswith("60 True True\n")  # after what its processes wrote before they were ended
     assert 'Put what the module does under `if __name__ == "__main__":`' in done.stderr
     assert "Traceback" not in done.stderr
 
