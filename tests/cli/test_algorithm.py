@@ -585,9 +585,11 @@ def test_a_network_on_a_regulator_is_searched_on_the_same_one_each_time():
 def test_an_agent_is_trained_once_or_was_before(tmp_path):
     calls, learning = learn(initial_policy=InitialPolicy.AGENT, updates=0)
     assert [call.stage for call in calls] == ["train-agent", "real-rollout"]
-    calls, learning = learn(initial_policy=InitialPolicy.AGENT, updates=0, trained_agent=str(tmp_path))
-    assert [call.stage for call in calls] == ["real-rollout"]
-    assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"
+    (tmp_path / POLICY).touch()
+    for given in (tmp_path, tmp_path / POLICY):
+        calls, learning = learn(initial_policy=InitialPolicy.AGENT, updates=0, trained_agent=str(given))
+        assert [call.stage for call in calls] == ["real-rollout"]
+        assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"
 
 
 def test_with_robots_of_the_parameter_distribution_the_identified_simulation_and_none_are_further_bases_of_g():

@@ -258,6 +258,25 @@ def test_a_run_whose_agent_was_trained_anew_is_not_taken_for_done(tmp_path, monk
         run_without_work(monkeypatch, run, *words)
 
 
+def test_an_agent_is_given_by_its_run_folder_or_by_its_file(tmp_path, monkeypatch):
+    (tmp_path / "agent").mkdir()
+    file = tmp_path / "agent" / "policy.pt"
+    file.write_bytes(b"one")
+    run = tmp_path / "run"
+    assert run_without_work(monkeypatch, run, "initial_policy=agent", f"trained_agent={file}") == [3]
+    assert run_without_work(monkeypatch, run, "initial_policy=agent", f"trained_agent={file.parent}") == []
+
+
+def test_an_agent_that_is_not_there_is_refused_before_anything_is_done(tmp_path, capsys):
+    (tmp_path / "other.pt").write_bytes(b"one")
+    for given, what in (("nowhere", "is not there"), (tmp_path, "has no policy.pt"), (tmp_path / "other.pt", "is no")):
+        words = ["initial_policy=agent", "updates=0", f"trained_agent={given}"]
+        assert main(["iterate", *words, f"hydra.run.dir={tmp_path / 'run'}"]) == 1
+        said = capsys.readouterr()
+        assert f"{given} of trained_agent=... {what}" in said.err and "run folder of `twbal train-agent`" in said.err
+        assert said.out == ""
+
+
 def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):
     assert iterate(tmp_path, "sim_collect.rollouts=1", "sim_collect.steps=3") == 1
     printed = capsys.readouterr()

@@ -37,8 +37,9 @@ def test_it_is_refused_where_no_policy_is_searched_for_such_robots(paper, tmp_pa
 
 
 def test_a_file_that_is_not_there_or_of_another_robot_is_refused(paper, tmp_path):
-    with pytest.raises(CheckpointError, match="nothing_here"):
-        told(f"known={tmp_path / 'nothing_here'}")
+    for given in (tmp_path / "nothing_here", tmp_path):
+        with pytest.raises(CheckpointError, match=f"in {given} cannot be used.*run folder of `twbal identify`"):
+            told(f"known={given}")
     save_distribution(tmp_path / "robot_distribution.pt", prior_of(paper))
     with pytest.raises(ConfigError, match="is one of robot 'paper'"):
         told(f"known={tmp_path}", "robot=regbot")

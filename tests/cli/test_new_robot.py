@@ -64,6 +64,19 @@ def test_who_ends_it_goes_on_with_the_same_command(tmp_path, monkeypatch, capsys
     assert "# kg; parts" in (tmp_path / "my_conf" / "robot" / "mine.yaml").read_text()
 
 
+def test_who_ends_it_at_once_is_not_told_of_a_file_of_answers(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", Terminal(""))
+    assert main(["new-robot", "name=mine"]) == 130
+    said = capsys.readouterr().out
+    assert "No answers were given" in said and "answers so far" not in said
+
+
+def test_what_is_doubted_of_a_sheet_is_told_when_it_is_written(capsys):
+    doubted = {**ANSWERS, "wheel_radius": "0.006 m", "track": "0.15", "wheel_width": "5 mm"}
+    assert main(["new-robot", "name=mine", *words(doubted)]) == 0
+    assert "WARNING: wheel_radius of robot 'mine' is 0.006 m; expected 0.008 to 0.5 m" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

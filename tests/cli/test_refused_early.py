@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from twbal.cli.main import main
+from twbal.cli.manifest import read_manifest
+from twbal.cli.stages import regress
 
 DATA = Path(__file__).parents[2] / "data" / "regression"
 
@@ -96,3 +98,19 @@ def test_compare_writes_over_nothing_of_a_person_or_of_another_stage(tmp_path, c
     assert (own / "table.csv").read_text() == "my data"
     said = capsys.readouterr().err
     assert "files that could be written over: table.csv" in said and "holds the work of stage lqr" in said
+
+
+def test_regress_writes_over_nothing_of_a_person_and_says_that_it_is_done(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(regress, "measure", lambda cfg, folder: {"a": 1.0})
+    own, out = tmp_path / "own", tmp_path / "out"
+    own.mkdir()
+    (own / "measures.json").write_text("my data")
+    (tmp_path / "tolerances.yaml").write_text("'*': {relative: 0.1, absolute: 0.1}\n")
+    words = [f"data={DATA}", f"baseline={tmp_path / 'baseline.json'}", f"tolerances={tmp_path / 'tolerances.yaml'}"]
+    assert main(["regress", *words, "update=true", f"hydra.run.dir={own}"]) == 1
+    assert "files that could be written over: measures.json" in capsys.readouterr().err
+    assert (own / "measures.json").read_text() == "my data" and not (tmp_path / "baseline.json").exists()
+    for more in (["update=true"], [], []):  # again in its own folder
+        assert main(["regress", *words, *more, f"hydra.run.dir={out}"]) == 0
+        made = read_manifest(out)
+        assert made is not None and made.complete

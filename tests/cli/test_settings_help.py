@@ -7,6 +7,7 @@ from hydra import compose
 from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
+from twbal.cli.config_check import check_configuration
 from twbal.cli.main import STAGES, main
 from twbal.cli.settings.help_text import WIDTH
 from twbal.cli.settings.lookup import Table, leaves
@@ -65,3 +66,31 @@ def test_help_shows_choices_and_settings_of_ones_own(helped, tmp_path):
     lines = helped("sim-collect", f"--config-dir={tmp_path / 'mine'}", "policy=mine")
     assert any(re.match(r"  policy +excite \[mine\] random saved", line) for line in lines)
     assert "  policy.size=3" in lines
+
+
+def test_only_a_stage_with_a_simulation_tells_how_an_effect_is_added(helped):
+    told = "+effect@sim.effects.<name>=<name> adds an effect to the simulation (docs/effects.md)."
+    assert told in helped("sim-collect") and told not in helped("lqr")
+
+
+def test_a_list_is_shown_as_it_can_be_given_back(helped):
+    (line,) = [line for line in helped("real-rollout") if line.startswith("  link.overrides=")]
+    shown = line.split()[0]
+    assert shown == 'link.overrides=["idle_timeout=300"]'
+    assert any(line.startswith(f"  {shown} ") for line in helped("real-rollout", shown))
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_several_paths_are_shown_as_a_list(stage, helped):
+    assert not [line for line in helped(stage) if re.search(r"=<[^>]*>[.\w]*,\.\.\.", line)]
+
+
+@pytest.mark.parametrize("word", ["robot.wheel_inertia=1e-9", "start.tilt_mean=1.5", "start.tilt_mean=-1.5"])
+def test_both_ends_of_a_range_may_be_taken(word):
+    with composing():
+        check_configuration(compose("iterate", [word]), "iterate")
+
+
+def test_the_least_inertia_of_a_wheel_is_the_robots_own(helped):
+    (line,) = [line for line in helped("lqr") if line.startswith("  robot.wheel_inertia=")]
+    assert "1e-9 to" in line

@@ -71,11 +71,18 @@ class Paired(NamedTuple):
     Attributes:
         better, worse: how many of the runs that both have are so; ties are neither.
         p: two-sided, of the sign test; 1 without pairs that differ.
+        pairs: of runs that were both measured, ties too.
     """
 
     better: int
     worse: int
     p: float
+    pairs: int
+
+    @property
+    def words(self) -> str:
+        """As in a table."""
+        return f"{self.better}, {self.worse}, {self.p:.2g}" if self.pairs else "-"
 
 
 def run_values(summary: Summary) -> dict[str, float]:
@@ -135,7 +142,14 @@ def paired(group: Sequence[Run], other: Sequence[Run], metric: str) -> Paired:
     less = sum(a < b for a, b in values)
     better, worse = (more, less) if METRICS[metric][2] else (less, more)
     p = min(2.0 * float(bdtr(min(better, worse), better + worse, 0.5)), 1.0) if better + worse else 1.0
-    return Paired(better, worse, p)
+    return Paired(better, worse, p, sum(not (math.isnan(a) or math.isnan(b)) for a, b in values))
+
+
+def without_pairs(groups: Mapping[str, Sequence[Run]]) -> list[str]:
+    """The groups of which no run has a key of the first group, so that they are not compared run by run."""
+    first, *others = groups
+    keys = _by_key(groups[first]).keys()
+    return [name for name in others if keys.isdisjoint(_by_key(groups[name]))]
 
 
 def rows(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, str]]:
@@ -149,8 +163,7 @@ def rows(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, str]]:
             row[f"{what} [{unit}]" if unit else what] = "-" if value is None else value.words
         if runs is not first:
             for metric, (what, *_) in METRICS.items():
-                beside = paired(runs, first, metric)
-                row[f"{what}: better, worse, p"] = f"{beside.better}, {beside.worse}, {beside.p:.2g}"
+                row[f"{what}: better, worse, p"] = paired(runs, first, metric).words
         found.append(row)
     return found
 

@@ -190,7 +190,8 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
     def agent(self, place: Path, trained: str | None) -> Timed[MadePolicy]:
         """A model-free agent."""
         if trained is not None:
-            return Timed(_made(place, load_policy(Path(trained) / "policy.pt", self._channels.names)), 0.0)
+            file = Path(trained) / "policy.pt" if Path(trained).is_dir() else Path(trained)
+            return Timed(_made(place, load_policy(file, self._channels.names)), 0.0)
         return self._timed(place, lambda: _made(place, self._trained_agent()))
 
     def diagnose(self, place: Path, rollouts: Sequence[Episodes]) -> CorrectedSimulation[Simulation]:

@@ -60,7 +60,7 @@ class AlgorithmSettings:
         random_rollouts: of the robot, where it is driven at random first.
         model_update: what is learned from the robot's rollouts.
         on_lqr: whether a network on top of the regulator of the nominal parameters is searched.
-        trained_agent: run folder of an agent that was trained before; None trains one.
+        trained_agent: run folder of an agent that was trained before, or its policy.pt; None trains one.
     """
 
     seed: int

@@ -12,7 +12,7 @@ from twbal.cli.console import say
 from twbal.cli.manifest import MANIFEST, read_manifest
 from twbal.cli.typed_config import recorded
 from twbal.core.episode import Episode, Provenance
-from twbal.core.errors import DataError, LogError
+from twbal.core.errors import ConfigError, DataError, LogError
 from twbal.core.files import file_hash
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode
@@ -139,6 +139,25 @@ def _folders_of_logs(source: Path) -> list[Path]:
         if len(found) > _NAMED:
             break
     return found
+
+
+def agent_file(given: str | None) -> Path | None:
+    """The policy that `trained_agent=` names, by itself or by the run folder of train-agent; None: of none.
+
+    Raises:
+        ConfigError: it is not there, or has another name than train-agent gives it.
+    """
+    if not given:
+        return None
+    path = Path(given).absolute()
+    file = path if path.name == POLICY and not path.is_dir() else path / POLICY
+    if not file.is_file():
+        what = "is not there" if not path.exists() else f"has no {POLICY}" if path.is_dir() else f"is no {POLICY}"
+        raise ConfigError(
+            f"{given} of trained_agent=... {what}; expected is the run folder of `twbal train-agent`, or the {POLICY} "
+            "in it."
+        )
+    return file
 
 
 def policy_files(policy: DictConfig) -> list[Path]:

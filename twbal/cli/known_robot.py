@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.settings import InitialPolicy
 from twbal.cli.artefacts import DISTRIBUTION
-from twbal.core.errors import ConfigError
+from twbal.core.errors import CheckpointError, ConfigError
 from twbal.planar.robot_distribution import RobotDistribution
 
 
@@ -35,5 +35,10 @@ def known_robot(cfg: DictConfig) -> RobotDistribution | None:
             f"known=... tells of the robots for which policy 0 is searched in simulation, and here it is not searched "
             f"for any: robust={'given' if cfg.robust else 'none'}, initial_policy={cfg.initial_policy} (method="
             f"{cfg.method}). Leave known=... out, or choose method=twbal."
+        )
+    if not file.is_file():
+        raise CheckpointError(
+            f"The distribution in {cfg.known} cannot be used: there is no file {file}. Expected by known=... is the "
+            f"run folder of `twbal identify`, or the {DISTRIBUTION} in it."
         )
     return load_distribution(file, instantiate(cfg.robot))

@@ -7,6 +7,8 @@ from twbal.cli.settings.help_text import help_text
 
 RESOLVER = "settings_help"
 """Name under which yaml asks for it: `${settings_help:}`."""
+EFFECTS_RESOLVER = "effects_help"
+"""Name under which yaml asks for the line on effects: `${effects_help:}`."""
 
 
 def settings_help(_root_: DictConfig) -> str:
@@ -32,4 +34,11 @@ def _choices(cfg: DictConfig) -> dict[str, tuple[str, list[str]]]:
     return found
 
 
+def effects_help(_root_: DictConfig) -> str:
+    """How an effect is added, as a whole line; "" for a stage without a simulation."""
+    line = "+effect@sim.effects.<name>=<name> adds an effect to the simulation (docs/effects.md).\n"
+    return line if "sim" in _root_ else ""
+
+
 OmegaConf.register_new_resolver(RESOLVER, settings_help, replace=True)
+OmegaConf.register_new_resolver(EFFECTS_RESOLVER, effects_help, replace=True)

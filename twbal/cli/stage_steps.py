@@ -20,7 +20,7 @@ from twbal.algorithm.steps import (
     Steps,
     Timed,
 )
-from twbal.cli.artefacts import DIAGNOSIS, DISTRIBUTION, EVIDENCE, MODEL, POLICY, PREDICTION, read_logs
+from twbal.cli.artefacts import DIAGNOSIS, DISTRIBUTION, EVIDENCE, MODEL, POLICY, PREDICTION, agent_file, read_logs
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.console import say
 from twbal.cli.known_robot import distribution_file
@@ -148,8 +148,8 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
 
     def agent(self, place: Path, trained: str | None) -> Timed[Path]:
         """A call of train-agent, unless there is an agent already; its folder then lies anywhere."""
-        if trained is not None:
-            return Timed(Path(trained).absolute(), 0.0)
+        if file := agent_file(trained):
+            return Timed(file.parent, 0.0)
         return Timed(place, self._chain.run(StageCall("train-agent", place, {"seed": self._cfg.seed})).wall_s)
 
     def diagnose(self, place: Path, rollouts: Sequence[Path]) -> CorrectedSimulation[Path]:

@@ -12,7 +12,10 @@ from twbal.core.errors import ConfigError
 GRAVITY = 9.81
 """[m/s²]"""
 
-_LEAST, _MOST = 1e-9, 1e9  # of any value in SI units
+LEAST_VALUE, LARGEST_VALUE = 1e-9, 1e9
+"""Bounds of any positive value of a robot, in SI units; both may be taken."""
+LARGEST_LEAN = 1.5
+"""Of an angle from the vertical, in either direction; it may be taken [rad]."""
 _ROUNDING = 1e-9  # share by which the inertias of a flat plate may break their inequality
 
 
@@ -74,12 +77,12 @@ class RobotParameters:
                 continue
             if not 0 < value < float("inf"):
                 raise ConfigError(f"{item.name} of robot {self.name!r} must be positive and finite; found {value}.")
-            if not _LEAST < value < _MOST:
+            if not LEAST_VALUE <= value <= LARGEST_VALUE:
                 raise ConfigError(
-                    f"{item.name} of robot {self.name!r} must lie between {_LEAST:g} and {_MOST:g} in SI units; "
-                    f"found {value}. Was it given in others?"
+                    f"{item.name} of robot {self.name!r} must lie between {LEAST_VALUE:g} and {LARGEST_VALUE:g} in SI "
+                    f"units; found {value}. Was it given in others?"
                 )
-        if not abs(self.com_offset) < 1.5:
+        if not abs(self.com_offset) <= LARGEST_LEAN:
             raise ConfigError(
                 f"com_offset of robot {self.name!r} is an angle in rad, 0 where the centre of mass stands over the "
                 f"axle; found {self.com_offset}. Was it given in degrees?"

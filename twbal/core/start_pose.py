@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import LARGEST_LEAN
 
 
 class InitialState(NamedTuple):
@@ -45,7 +46,7 @@ class StartPose:
         for name in ("tilt_sd", "tilt_rate_sd", "speed_sd"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise ConfigError(f"{name} of the start pose must not be negative; found {getattr(self, name)}.")
-        if not abs(self.tilt_mean) < 1.5:
+        if not abs(self.tilt_mean) <= LARGEST_LEAN:
             raise ConfigError(
                 f"tilt_mean of the start pose is an angle in rad from the vertical, well under a right angle; "
                 f"found {self.tilt_mean}. Was it given in degrees?"

@@ -23,6 +23,8 @@ _FILES = {
 _LONGEST_VALUE = 32
 _OTHER_THAN_TEXT = re.compile(r"[+-]?(\d+\.?\d*(e[+-]?\d+)?|\.\d+(e[+-]?\d+)?|nan|inf)|true|false|null", re.IGNORECASE)
 """What is text in quotes only."""
+_QUOTED_IN_LIST = re.compile(r"[=,{}()\[\]\"']")
+"""Characters of a text that Hydra takes in a list in quotes only."""
 _INDENT, _GAP = 2, 2
 _NARROWEST_WORD, _WIDEST_WORD = 26, 46
 
@@ -108,9 +110,18 @@ def shown(value: Any, longest: int = _LONGEST_VALUE) -> str:
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     if isinstance(value, list):
-        text = f"[{','.join(shown(each, longest) for each in value)}]"
+        text = f"[{','.join(_in_list(each, longest) for each in value)}]"
     elif isinstance(value, str) and (not value.strip() or _OTHER_THAN_TEXT.fullmatch(value)):
         text = f"'{value.strip()}'"
     else:
         text = " ".join(str(value).split())
     return text if len(text) <= longest else f"{text[: longest - 3]}..."
+
+
+def _in_list(value: Any, longest: int) -> str:
+    """A value as it stands in a list; a reference to another setting is left as it is."""
+    text = shown(value, longest)
+    if not isinstance(value, str) or text != value or "${" in text or not _QUOTED_IN_LIST.search(text):
+        return text
+    escaped = text.replace('"', '\\"')
+    return f'"{escaped}"'

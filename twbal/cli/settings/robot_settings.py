@@ -1,6 +1,7 @@
 """Settings of the robot, its start, its state, and the simulation."""
 
 from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, OrNull, Part, Setting, Text, Whole, YesNo
+from twbal.core.robot_parameters import LARGEST_LEAN, LEAST_VALUE
 from twbal.core.robot_sheet import MEANING
 
 MEASURED = {"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"}
@@ -22,6 +23,8 @@ TILT_LIMIT = Number(0.001, 100.0, "rad")
 UPRIGHT = Number(0.001, 1.57, "rad")  # short of lying on the floor, where no rollout goes on
 MASS, WHEEL_MASS = Number(0.001, 1e4, "kg"), Number(1e-5, 1e4, "kg")
 TORQUE_LIMIT = Number(1e-4, 1e5, "N·m")
+BODY_INERTIA = Number(LEAST_VALUE, 1e6, "kg·m²")
+LEAN = Number(-LARGEST_LEAN, LARGEST_LEAN, "rad")
 CONTROL_PERIOD = Number(0.0005, 1.0, "s")
 PHYSICS_STEP = Number(1e-5, 0.001, "s")
 STATE_NAMES = ListOf(Text("name of a channel"), least=1, most=20)
@@ -30,15 +33,13 @@ ROBOT = (
     Setting("robot.name", Text("name"), "name of the data sheet"),
     Setting("robot.body_mass", MASS, "mass of all that does not turn with the wheels"),
     Setting("robot.com_height", Number(0.001, 100.0, "m"), "height of the centre of mass above the axle"),
-    Setting("robot.com_offset", Number(-1.5, 1.5, "rad"), "angle of the centre of mass before the axle"),
-    Setting(
-        "robot.body_inertia_pitch", Number(1e-9, 1e6, "kg·m²"), "pitch inertia of the body about its centre of mass"
-    ),
-    Setting("robot.body_inertia_roll", Number(1e-9, 1e6, "kg·m²"), "roll inertia of the body about its centre of mass"),
-    Setting("robot.body_inertia_yaw", Number(1e-9, 1e6, "kg·m²"), "yaw inertia of the body about its centre of mass"),
+    Setting("robot.com_offset", LEAN, "angle of the centre of mass before the axle"),
+    Setting("robot.body_inertia_pitch", BODY_INERTIA, "pitch inertia of the body about its centre of mass"),
+    Setting("robot.body_inertia_roll", BODY_INERTIA, "roll inertia of the body about its centre of mass"),
+    Setting("robot.body_inertia_yaw", BODY_INERTIA, "yaw inertia of the body about its centre of mass"),
     Setting("robot.wheel_mass", WHEEL_MASS, "mass of each wheel"),
     Setting("robot.wheel_radius", Number(0.001, 10.0, "m"), "radius of the wheels"),
-    Setting("robot.wheel_inertia", Number(1e-10, 1e5, "kg·m²"), "inertia of each wheel, with its geared rotor"),
+    Setting("robot.wheel_inertia", Number(LEAST_VALUE, 1e5, "kg·m²"), "inertia of each wheel, with its geared rotor"),
     Setting("robot.wheel_width", Number(1e-4, 10.0, "m"), "width of each wheel"),
     Setting("robot.track", Number(0.001, 100.0, "m"), "distance between the middles of the wheels"),
     Setting("robot.torque_limit", TORQUE_LIMIT, "largest command, sum of both wheels"),
@@ -50,7 +51,7 @@ ROBOT = (
 )
 
 START = (
-    Setting("start.tilt_mean", Number(-1.5, 1.5, "rad"), "mean of the tilt at the start"),
+    Setting("start.tilt_mean", LEAN, "mean of the tilt at the start"),
     Setting("start.tilt_sd", Number(0.0, 1.5, "rad"), "standard deviation of that tilt"),
     Setting("start.tilt_rate_sd", Number(0.0, 100.0, "rad/s"), "standard deviation of the tilt rate at the start"),
     Setting("start.speed_sd", Number(0.0, 100.0, "m/s"), "standard deviation of the speed at the start"),

@@ -156,7 +156,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("model_update", OneOf(("residual", "full", "linear")), "what real rollouts teach"),
         Setting("on_lqr", YesNo(), "a network on top of the regulator is searched"),
         Setting("known", OrNull(PATH), "run folder of identify on logs of this robot; only with robust"),
-        Setting("trained_agent", OrNull(PATH), "run folder of train-agent; null trains one"),
+        Setting("trained_agent", OrNull(PATH), "run folder of train-agent, or policy.pt; null trains one"),
         Setting("method", Text("name"), "name of the method, for reports"),
     ),
     "import-log": (

@@ -10,7 +10,7 @@ from typing import Any
 
 from omegaconf import DictConfig, ListConfig
 
-from twbal.algorithm.comparison import Run, latex, rows, run_values
+from twbal.algorithm.comparison import Run, latex, rows, run_values, without_pairs
 from twbal.algorithm.summary import read_summary
 from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import run_folder
@@ -84,10 +84,20 @@ def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Sett
     ]
     write_atomically(out / "runs.csv", _csv(list(each[0]), each))
     write_atomically(out / "table.tex", latex(table))
-    widest = max(map(len, names))
-    for name in names:
-        print(f"{name:{widest}}", *(f"{row.get(name, ''):>28}" for row in table))
+    for line in _columns(names, table):
+        print(line)
+    for name in without_pairs(groups):
+        print(f"no run of {name} has robot and seeds of one of {next(iter(groups))}: better, worse, p are -")
     return [out / name for name in ("comparison.html", "comparison.svg", "table.csv", "runs.csv", "table.tex")]
+
+
+def _columns(names: Sequence[str], table: Sequence[Mapping[str, str]]) -> Iterator[str]:
+    """A line for each figure, a column for each group as wide as its words."""
+    widest = max(map(len, names))
+    widths = [max(len(row.get(name, "")) for name in names) for row in table]
+    for name in names:
+        cells = (f"{row.get(name, ''):>{width}}" for row, width in zip(table, widths, strict=True))
+        yield "  ".join([f"{name:{widest}}", *cells]).rstrip()
 
 
 def _folders(given: ListConfig | DictConfig | str) -> dict[str, Path]:

@@ -16,7 +16,7 @@ from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate, RolloutSettings
 from twbal.algorithm.summary import Summary, read_summary
-from twbal.cli.artefacts import POLICY, read_logs
+from twbal.cli.artefacts import POLICY, agent_file, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
@@ -83,12 +83,13 @@ def main(cfg: DictConfig) -> float | None:
 
 
 def _check_agent(cfg: DictConfig) -> None:
-    """Raise ConfigError where an agent is given that nothing would use."""
+    """Raise ConfigError where an agent is given that nothing would use, or that is not there."""
     if cfg.trained_agent is not None and cfg.initial_policy != InitialPolicy.AGENT:
         raise ConfigError(
             f"trained_agent=... is an agent for policy 0, which here comes from initial_policy={cfg.initial_policy} "
             f"(method={cfg.method}). Leave trained_agent=... out, or choose initial_policy=agent."
         )
+    agent_file(cfg.trained_agent)
 
 
 def _check_updates(cfg: DictConfig) -> None:
@@ -149,8 +150,8 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
     settings = typed(AlgorithmSettings, cfg)
-    known, agent = distribution_file(cfg.known), settings.trained_agent
-    inputs = {"known": [known] if known else [], "trained_agent": [Path(agent) / POLICY] if agent else []}
+    known, agent = distribution_file(cfg.known), agent_file(settings.trained_agent)
+    inputs = {"known": [known] if known else [], "trained_agent": [agent] if agent else []}
     step = StageWork("iterate", out, recorded(cfg, (*NOT_RECORDED, *INPUTS)), inputs, settings.seed)
     reopen(step, lambda before: _had_fewer_updates(before, cfg))
     with KeptRobots() as robots:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from omegaconf import DictConfig
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
@@ -16,6 +17,7 @@ from twbal.cli.typed_config import typed
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
+from twbal.sheets.doubts import doubts
 from twbal.sheets.interview import BACK, HELP, Interview, Person
 from twbal.sheets.writing import check_name, sheet_text
 
@@ -44,6 +46,8 @@ def main(cfg: DictConfig) -> None:
     sheet = run(settings, given)
     print(f"made  {sheet}")
     print(f"kept  {_kept_in(sheet)}, the answers")
+    for doubt in doubts(instantiate(OmegaConf.load(sheet))):
+        print(f"WARNING: {doubt}")
     following = ["twbal", "lqr", f"--config-dir={settings.folder}", f"robot={text(settings.name)}"]
     print(f"next  {shlex.join(following)}")
 
@@ -72,7 +76,8 @@ def run(settings: Settings, given: Mapping[str, str]) -> Path:
     try:
         found = Interview(settings.name, texts, person).run()
     except KeyboardInterrupt:
-        print(f"\nThe answers so far are in {kept}; the same command goes on with them.", flush=True)
+        so_far = f"The answers so far are in {kept}; the same command goes on with them."
+        print(f"\n{so_far if kept.is_file() else 'No answers were given, and nothing was written.'}", flush=True)
         raise
     write_atomically(sheet, sheet_text(settings.name, found))
     return sheet

@@ -12,6 +12,7 @@ from omegaconf import DictConfig
 from twbal import __version__
 from twbal.algorithm.model_file import load_model
 from twbal.cli.console import run_folder, with_progress
+from twbal.cli.manifest import StageWork, perform_anew
 from twbal.cli.regression.baseline import Tolerance, compare, junit, table, updated
 from twbal.cli.regression.measures import (
     Measures,
@@ -25,6 +26,7 @@ from twbal.cli.regression.measures import (
     policy_measures,
     search_measures,
 )
+from twbal.cli.typed_config import recorded
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError, DataError, RegressionError
@@ -69,13 +71,22 @@ def main(cfg: DictConfig) -> None:
     if not cfg["update"]:  # a DictConfig has a method of that name
         known = _baseline_of(baseline, data, folder)
         compare(known.measures, known.measures, tolerances)  # whether one fits each of them
-    found = Baseline(data, __version__, dict(sorted(measure(cfg, folder).items())))
-    write_record(out / NOW, found)
+    measured: list[Baseline] = []
+
+    def make() -> list[Path]:
+        measured.append(Baseline(data, __version__, dict(sorted(measure(cfg, folder).items()))))
+        write_record(out / NOW, measured[0])
+        if known is None:
+            return [out / NOW]
+        write_atomically(out / REPORT, junit(compare(known.measures, measured[0].measures, tolerances)))
+        return [out / NOW, out / REPORT]
+
+    perform_anew(StageWork("regress", out, recorded(cfg, ()), {}, 0), make)
+    (found,) = measured
     if known is None:
         _update(baseline, found, tolerances)
         return
     compared = compare(known.measures, found.measures, tolerances)
-    write_atomically(out / REPORT, junit(compared))
     print(table(compared))
     print(f"made  {out / REPORT}")
     moved = sum(each.moved for each in compared)
