@@ -157,6 +157,9 @@ def figures(rows: Sequence[Row]) -> dict[str, str]:
         found["expected calibration error, ten bins"] = f"{calibration_error(p, right):.3f}"
         for name, loss in (("log score", log_score), ("Brier score", brier_score)):
             found[f"{name}, and of base rates"] = f"{loss(p, right):.3f}, {loss(base, right):.3f}"
+    lacking = [row["remains"] or _is_told_as_lost(row) for row in rows if row["foreign"]]
+    if lacking:
+        found["sets with what the library lacks: it remains, or is told as lost commands"] = share(lacking)
     seconds = [row["cpu_s"] for row in rows]
     found["CPU seconds of the command, median / 90th percentile"] = (
         f"{median(seconds):.1f} / {float(np.quantile(seconds, 0.9)):.1f}"
@@ -209,6 +212,12 @@ def _cells(rows: Sequence[Row]) -> list[str]:
         share(any(_is_false(s, WRONG + 1e-9) for s in row["said"]) for row in rows),
         share(row["remains"] for row in rows),
     ]
+
+
+def _is_told_as_lost(row: Row) -> bool:
+    """Whether commands are lost, and the diagnosis tells of it, which is no effect of the library."""
+    true, said = row["lost"]
+    return true > 0.0 and said is not None
 
 
 def _is_false(said: Mapping[str, Any], least: float) -> bool:

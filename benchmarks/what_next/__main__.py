@@ -1,7 +1,7 @@
-"""`python -m benchmarks.what_next [strata=single_1/4,pairs] [shaken=quiet,usual] [seeds=2000-2009] ...`.
+"""`python -m benchmarks.what_next [strata=single_1/4,pairs] [ways=usual,standing] [seeds=2000-2009] ...`.
 
-For each stratum, way to be shaken and seed: the hidden robot of that set of `benchmarks.other_robots`, with ideal
-sensors, is recorded for 10 s and diagnosed. Where that stays open, so that an experiment is suggested, the robot is
+For each stratum, way to record first and seed: the hidden robot of that set of `benchmarks.other_robots`, with ideal
+sensors, is recorded and diagnosed. Where that stays open, so that an experiment is suggested, the robot is
 recorded for another 10 s in the same way, and for 10 s by the suggested experiment; each is diagnosed together with the
 first recording. What is there already is not done again, and is among the results. Further settings, with their
 defaults:
@@ -26,12 +26,12 @@ from benchmarks.other_robots.recording import Recorded
 from benchmarks.other_robots.score import is_there, presliding_of
 from benchmarks.other_robots.sets import Set, designed
 from benchmarks.settings import text_settings
-from benchmarks.what_next.recording import SHAKEN, first_and_repetition, suggested
+from benchmarks.what_next.recording import WAYS, first_and_repetition, suggested
 from benchmarks.what_next.tables import PARTS
 
 DEFAULTS = {
     "strata": "single 1/8,pairs,triples",
-    "shaken": ",".join(SHAKEN),
+    "ways": ",".join(WAYS),
     "seeds": "2000-2009",
     "root": "outputs/bench/what_next",
     "code": ".",
@@ -46,13 +46,13 @@ class Case(NamedTuple):
 
     Attributes:
         each: the set.
-        shaken: name of the way.
+        way: its name.
         folder: of its recordings and diagnoses.
         code: folder of the twbal that diagnoses.
     """
 
     each: Set
-    shaken: str
+    way: str
     folder: Path
     code: Path
 
@@ -68,9 +68,9 @@ def judged(case: Case) -> dict[str, Any]:
         known: dict[str, Any] = json.loads(file.read_text())
         return known
     sheet = sheet_of(case.each)
-    recorded = first_and_repetition(case.each, sheet, case.shaken, case.folder)
+    recorded = first_and_repetition(case.each, sheet, WAYS[case.way], case.folder)
     first = case.diagnosis("diagnosis", ["first"])
-    row: dict[str, Any] = {"stratum": case.each.stratum, "seed": case.each.seed, "shaken": case.shaken}
+    row: dict[str, Any] = {"stratum": case.each.stratum, "seed": case.each.seed, "way": case.way}
     row |= {key: getattr(case.each, key) for key in ("rate", "sheet", "tolerance")}
     row |= {"hidden": sorted(recorded.hidden), "first": _said(first, recorded)}
     row["next"] = offered = first.get("next_experiment")
@@ -118,16 +118,16 @@ def _surest(rivals: Sequence[Mapping[str, Any]]) -> float:
 def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
     settings = text_settings(DEFAULTS, words)
-    strata, shaken, seeds = settings["strata"].split(","), settings["shaken"].split(","), seeds_of(settings["seeds"])
+    strata, ways, seeds = settings["strata"].split(","), settings["ways"].split(","), seeds_of(settings["seeds"])
     root, code, results = (Path(settings[name]) for name in ("root", "code", "results"))
     rows = list[dict[str, Any]]()
-    for seed, stratum, how in product(seeds, strata, shaken):
+    for seed, stratum, how in product(seeds, strata, ways):
         each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")
         row = judged(Case(each, how, root / f"{each.name}_{how}", code))
         after = {name: row[name]["verdict"] for name in ("first", "repetition", "suggested") if name in row}
         print(stratum, seed, how, after, flush=True)
         rows = [json.loads(file.read_text()) for file in root.glob("*/judged.json")]
-        rows.sort(key=lambda row: (row["seed"], row["stratum"], row["shaken"]))
+        rows.sort(key=lambda row: (row["seed"], row["stratum"], row["way"]))
         results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
         if sum(row["first"]["open"] for row in rows) >= int(settings["enough"]):
             break

@@ -18,10 +18,8 @@ from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.robot_parameters import RobotParameters
 from twbal.io.logs import write_episode
 
-SECONDS = 10.0  # of the first recording, of its repetition, and of the suggested experiment
+SECONDS = 10.0  # of the repetition, and of the suggested experiment
 FALLEN = 0.5236  # rad; where `real-rollout` ends a rollout
-SHAKEN = {"usual": 1.0, "quiet": 0.25}
-"""How strongly the first recording is shaken, and how fast the robot is asked to go, in the usual way to do so."""
 _GRAVITY = 9.81
 _LEG = 3.0  # s for which one speed is asked for
 _FIRST, _REPETITION, _SUGGESTED = 21, 22, 23  # purposes of random numbers
@@ -40,17 +38,33 @@ class Excitation(NamedTuple):
     speed: float
 
 
-def first_and_repetition(each: Set, sheet: RobotParameters, shaken: str, folder: Path) -> Recorded:
-    """Record 10 s of the robot of a set, and another 10 s in the same way, into `first` and `repetition`."""
-    recorded, how = driven(each, sheet), _first(sheet, shaken)
-    for name, purpose in (("first", _FIRST), ("repetition", _REPETITION)):
-        _record(each, sheet, recorded, recorded.law, how, purpose, folder / name)
+class Way(NamedTuple):
+    """How a first recording is made.
+
+    Attributes:
+        size: of the disturbance and of the speed that is asked for, in the usual ones.
+        seconds: for which it lasts [s].
+    """
+
+    size: float
+    seconds: float
+
+
+WAYS = {"usual": Way(1.0, 10.0), "quiet": Way(0.25, 10.0), "standing": Way(0.0, 10.0)}
+"""To record first, by name."""
+
+
+def first_and_repetition(each: Set, sheet: RobotParameters, way: Way, folder: Path) -> Recorded:
+    """Record the robot of a set, and for 10 s once more in the same way, into `first` and `repetition`."""
+    recorded, how = driven(each, sheet), _first(sheet, way)
+    for name, purpose, seconds in (("first", _FIRST, way.seconds), ("repetition", _REPETITION, SECONDS)):
+        _record(each, sheet, recorded, recorded.law, how, purpose, folder / name, seconds)
     return recorded
 
 
 def again(each: Set, sheet: RobotParameters, recorded: Recorded, purpose: int, folder: Path) -> float:
     """Record the robot of a set once more as first in the usual way, with random numbers of their own purpose."""
-    return _record(each, sheet, recorded, recorded.law, _first(sheet, "usual"), purpose, folder)
+    return _record(each, sheet, recorded, recorded.law, _first(sheet, WAYS["usual"]), purpose, folder)
 
 
 def suggested(
@@ -66,11 +80,18 @@ def suggested(
 
 
 def _record(
-    each: Set, sheet: RobotParameters, recorded: Recorded, law: Law, how: Excitation, purpose: int, folder: Path
+    each: Set,
+    sheet: RobotParameters,
+    recorded: Recorded,
+    law: Law,
+    how: Excitation,
+    purpose: int,
+    folder: Path,
+    seconds: float = SECONDS,
 ) -> float:
     """Drive the hidden robot, write what its firmware logs, and tell for how long it stayed up [s]."""
     rng, robot = each.generator(purpose), recorded.robot
-    periods = round(SECONDS / sheet.control_period)
+    periods = round(seconds / sheet.control_period)
     asked = _asked(how, sheet, periods, rng)
     start = np.zeros(SIZE)
     tilt, rate, speed = rng.normal(0.0, [0.03, 0.05, 0.02])
@@ -86,11 +107,11 @@ def _record(
     return float(rollout.commands * sheet.control_period)
 
 
-def _first(sheet: RobotParameters, shaken: str) -> Excitation:
-    """How the robot is shaken at first."""
-    size, unit = SHAKEN[shaken], 20.0 * torque_unit(sheet)
+def _first(sheet: RobotParameters, way: Way) -> Excitation:
+    """How the robot is shaken in a way to record it first."""
+    unit = 20.0 * torque_unit(sheet)
     speed = min(0.5, 0.12 * steady_acceleration(nominal(sheet)))
-    return Excitation(0.03 * size * unit, 0.06 * size * unit, size * speed)
+    return Excitation(0.03 * way.size * unit, 0.06 * way.size * unit, way.size * speed)
 
 
 def _asked(how: Excitation, sheet: RobotParameters, periods: int, rng: np.random.Generator) -> np.ndarray:

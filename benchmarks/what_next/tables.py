@@ -5,6 +5,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.other_robots.tables import share
+from benchmarks.what_next.recording import WAYS
 from twbal.diagnosis.follow_up import in_nats
 
 Row = Mapping[str, Any]
@@ -20,15 +21,15 @@ def is_right(said: Mapping[str, Any]) -> bool:
 
 
 def what_next(results: Mapping[str, Any]) -> list[str]:
-    """One line for each way to go on, over all sets that the first recording leaves open, and by how it was shaken."""
+    """One line for each way to go on, over all sets that the first recording leaves open, and by how that was made."""
     opened = [row for row in results["sets"] if row["first"]["open"]]
     lines = ["| first recording, and what follows it | sets | decided | all of it right | something wrong is named |"]
     lines.append("|" + "---|" * 5)
-    for shaken in ("all", "quiet", "usual"):
-        rows = [row for row in opened if shaken in ("all", row["shaken"])]
+    for way in ("all", *WAYS):
+        rows = [row for row in opened if way in ("all", row["way"])]
         for key, name in _AFTER.items():
             if rows:
-                lines.append(f"| {shaken}, {name} | {' | '.join(_cells(rows, key))} |")
+                lines.append(f"| {way}, {name} | {' | '.join(_cells(rows, key))} |")
     return lines
 
 

@@ -60,9 +60,9 @@ def test_the_same_robot_is_recorded_anew_under_the_settings_of_the_command(small
 def test_the_table_counts_a_set_without_a_suggestion_as_not_decided():
     said = {"separation": 20.0, "repetition": 2.0, "settings": {}}
     rows = [
-        {"shaken": "quiet", "first": OPEN, "next": said, "seconds_up": 10.0, "repetition": OPEN, "suggested": SURE},
-        {"shaken": "usual", "first": OPEN, "next": None, "repetition": SURE},
-        {"shaken": "usual", "first": SURE, "next": None},
+        {"way": "quiet", "first": OPEN, "next": said, "seconds_up": 10.0, "repetition": OPEN, "suggested": SURE},
+        {"way": "usual", "first": OPEN, "next": None, "repetition": SURE},
+        {"way": "usual", "first": SURE, "next": None},
     ]
     lines = what_next({"sets": rows})
     assert lines[2].startswith("| all, a repetition | 2 | 1 of 2")
