@@ -111,3 +111,26 @@ def test_the_size_of_a_wave_is_found_on_a_heavy_and_on_a_light_robot(name, effec
     kalman = data.filter(model)
     found = likeliest_wave(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), candidate)
     assert found[f"{effect}_{size}"] == pytest.approx(given[size], rel=0.2)
+
+
+def test_a_disturbance_is_found_in_a_recording_of_more_instants_than_frequencies():
+    """Of 60 s at 200 Hz, all instants count, and neighbouring frequencies are as close as these tell them apart."""
+    robot = replace(twbal.robot("paper"), control_period=0.005)
+    force = {"force": 0.4, "frequency": 1.3, "phase": 0.7}
+    made = turning_ride(robot, effects_from({"periodic_disturbance": force}), periods=12000)
+    (candidate,) = (each for each in candidates_for(robot) if each.name == "periodic_disturbance")
+    data = Data([made], 5)
+    model = Model(planar_parameters(robot, {}), 0.0, NoiseModel(np.array([*NOISE.values()]), np.array([0.1, 0.1])))
+    kalman = data.filter(model)
+    found = likeliest_wave(data, Fit(model, (), 0.0, kalman, data.white(model, kalman)), candidate)
+    assert found["periodic_disturbance_frequency"] == pytest.approx(1.3, abs=0.25 / 60.0)
+    assert found["periodic_disturbance_force"] == pytest.approx(0.4, rel=0.2)
+
+
+@pytest.mark.parametrize("effect", ["cogging", "ground_waves"])
+def test_counts_are_tried_so_closely_that_a_long_way_misses_none(paper, effect):
+    (candidate,) = (each for each in candidates_for(paper) if each.name == effect)
+    angles = [np.linspace(0.0, 2.0 * np.pi * 30.0, 500), np.zeros(50)]
+    grid = wave_search._grid(candidate.counter, 0.25, angles)
+    assert np.diff(grid).max() <= 0.5 / 30.0 + 1e-12
+    assert np.diff(wave_search._grid(candidate.counter, 0.25, [np.zeros(50)])).max() == pytest.approx(0.25)

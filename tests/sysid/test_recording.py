@@ -9,6 +9,7 @@ from twbal.core.time_base import evened
 from twbal.sysid.recording import (
     Usability,
     check_episodes,
+    commands_over,
     differenced_rates,
     read_recordings,
     stuck_sensors,
@@ -114,7 +115,7 @@ def test_a_tilt_rate_that_is_a_difference_is_no_measurement():
 
 
 def test_an_uneven_loop_with_lost_rows_is_read(paper):
-    """Its angles are moved to even instants; a row that was lost is there and does not count."""
+    """Its angles are moved to even instants; a row that was lost is there and does not count, nor those of the next 0.1 s."""
     times = 0.02 * np.arange(201) + 0.002 * np.random.default_rng(4).standard_normal(201)
     kept = np.arange(201) != 90
     moving = np.zeros((200, 7))
@@ -125,10 +126,25 @@ def test_an_uneven_loop_with_lost_rows_is_read(paper):
     commands = replace(uneven, commands=np.random.default_rng(5).standard_normal(199))
     (recording,) = read(paper, commands)
     assert len(recording.measured) == 201
-    assert np.flatnonzero(~recording.usable).tolist() == [90]
+    assert np.flatnonzero(~recording.usable).tolist() == [*range(90, 96)]
     even = 0.02 * np.arange(201)
     off = (recording.measured[:, 0] - 0.1 * np.sin(8.0 * even))[kept]
     assert off.std() < 0.5 * (moving[:, 1] - 0.1 * np.sin(8.0 * even[kept])).std()
+
+
+def test_commands_of_even_and_uneven_loops_have_as_many_parts(paper):
+    times = 0.02 * np.arange(201) + 0.002 * np.random.default_rng(4).standard_normal(201)
+    moving = np.zeros((201, 7))
+    moving[:, 0], moving[:, 1], moving[:, 2] = times, 0.1 * np.sin(8.0 * times), 0.8 * np.cos(8.0 * times)
+    moving[:, 4], moving[:, 5] = 3.0 * np.sin(5.0 * times), 15.0 * np.cos(5.0 * times)
+    made = Episode(("tilt",), 0.02, moving, moving[:, 1:2], np.ones(200), Outcome.COMPLETED, Provenance("p", "robot"))
+    (uneven,) = read(paper, replace(made, commands=np.random.default_rng(5).standard_normal(200)))
+    even = replace(uneven, uneven=None)
+    assert uneven.uneven is not None
+    mixed = commands_over([even, uneven], 4)
+    assert [each.shape for each in mixed] == [(200, 4), (200, 4)]
+    np.testing.assert_array_equal(mixed[0], np.repeat(even.commands[:, None], 4, axis=1))
+    assert commands_over([even, even], 4)[0].shape == (200, 1)
 
 
 def test_a_clock_that_runs_backwards_is_refused(paper):

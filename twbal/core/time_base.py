@@ -16,7 +16,8 @@ _FOLLOWED = 0.05  # share of an instant's deviation by which those after it are 
 _AHEAD = 8  # rows within which those that are late catch up
 _NEAR = 51  # samples whose mean deviation is not that of one instant
 _STEADY = 2.0  # times the deviation of the mean of so many white ones, which it may have beside a steady clock
-_EVEN = 1e-6  # share of a control period by which the instants of an even loop vary
+_EVEN = 1e-6  # share of a control period by which the instants of an even loop vary, but for the stamps' digits
+_TOLD = 70.0  # of `wanted`: three standard errors lie between an uneven loop and stamps that jitter, and half of it
 _FEW = 5  # samples of which nothing is said
 _LEAST = 1e-24  # variance of an angle that does not move
 
@@ -115,7 +116,7 @@ def evened(
     every = np.arange(numbers[-1] + 1)
     measured, moved_by = np.zeros(len(every), bool), np.zeros(len(every))
     measured[numbers] = True
-    if uneven and np.abs(late).max() > _EVEN * period:
+    if uneven and np.abs(late).max() > _least(times, period):
         values = values.copy()
         moved = late[:, None] * np.gradient(values[:, angles], times, axis=0)
         values[:, angles] -= moved
@@ -145,7 +146,7 @@ def pace_of(times: Array, angles: Array, period: float) -> LoopJitter:
     if len(times) < _FEW:
         return LoopJitter(0.0, 0.0)
     numbers, late = _late(times, period)
-    if np.abs(late).max() <= _EVEN * period:
+    if np.abs(late).max() <= _least(times, period):
         return LoopJitter(0.0, 0.0)
     moved = late[:, None] * np.gradient(angles, times, axis=0)
     whole = np.diff(numbers, 2) + 2 * np.diff(numbers)[:-1] == 2  # differences over lost rows do not count
@@ -158,10 +159,16 @@ def is_uneven(paces: Sequence[LoopJitter]) -> bool:
     """Whether the loop of one robot is as uneven as its stamps, by all of its recordings.
 
     Together they tell it where one alone could not: the slope of found on wanted is about 1, or 0 where only the stamps
-    jitter.
+    jitter. Its standard error is 1.4 over the root of wanted, as second differences are correlated. Where that is too large to tell, so little depends
+    on it that the loop is taken for an even one.
     """
     wanted = sum(pace.wanted for pace in paces)
-    return wanted > 0.0 and sum(pace.found for pace in paces) > 0.5 * wanted
+    return wanted > _TOLD and sum(pace.found for pace in paces) > 0.5 * wanted
+
+
+def _least(times: Array, period: float) -> float:
+    """By how much stamps of an even loop may be off [s]: a little of the period, or their last digits."""
+    return max(_EVEN * period, 4.0 * float(np.spacing(np.abs(times).max())))
 
 
 def _late(times: Array, period: float) -> tuple[NDArray[np.int64], Array]:
@@ -171,7 +178,7 @@ def _late(times: Array, period: float) -> tuple[NDArray[np.int64], Array]:
     the mean of those near each.
     """
     numbers, late = places_of(times, period)
-    if np.abs(late).max() > _EVEN * period:
+    if np.abs(late).max() > _least(times, period):
         off = times - np.polyval(np.polyfit(numbers, times, 1), numbers)
         slow = uniform_filter1d(off, _NEAR, mode="nearest")
         is_steady = np.std(slow) < _STEADY * np.std(off - slow) / np.sqrt(_NEAR)

@@ -44,11 +44,19 @@ def _usual_share(p: Parameter, robot: RobotParameters) -> float:
     return sqrt(min(lying / robot.torque_limit, 1.0))
 
 
+def _largest_share(p: Parameter, size: float) -> float:
+    """What the largest value of a parameter is multiplied by, of a robot of a size.
+
+    Delays of buses, radios and motors do not get shorter because a loop is fast: of times, no less than at 20 ms.
+    """
+    return max(size, 1.0) if p.scale is Scale.PERIOD else size
+
+
 def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candidate:
     parameters = []
     for key, p in parameters_of(kind).items():
         size = p.size(robot)
-        low, high = size * p.low, size * p.high
+        low, high = size * p.low, _largest_share(p, size) * p.high
         if p.unit == "Hz":
             high = min(high, _FASTEST / robot.control_period)
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range

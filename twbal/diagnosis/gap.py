@@ -27,7 +27,7 @@ from twbal.diagnosis.rollouts_from_recordings import (
     start_places,
 )
 from twbal.sim.replay import ReplayStart
-from twbal.sysid.recording import MEASURED, Recording
+from twbal.sysid.recording import MEASURED, Recording, commands_over
 
 _FLOOR_STARTS = 12  # from which the floor is found
 
@@ -68,7 +68,7 @@ def measure_gaps(
     places = start_places(recordings, stretches, models[:3])
     if not places:
         return ()
-    given = RolloutInputs(recordings, [recording.commands_over(stretches.parts) for recording in recordings], places)
+    given = RolloutInputs(recordings, commands_over(recordings, stretches.parts), places)
     nominal, refitted = (
         rollouts_of(model, given, replay, stretches.ahead) for model in (models.nominal, models.refitted)
     )
@@ -122,7 +122,7 @@ def rollout_error(
     places = start_places(recordings, stretches, [result])
     if not places:
         return math.inf
-    given = RolloutInputs(recordings, [recording.commands_over(stretches.parts) for recording in recordings], places)
+    given = RolloutInputs(recordings, commands_over(recordings, stretches.parts), places)
     return _rms(rollouts_of(result, given, replay, steps).errors[:, -1, column])
 
 

@@ -42,7 +42,7 @@ def motor_difference(
         planar: the model, for what its driver makes of commands, and how late.
         max_tilt: beyond which the robot has fallen [rad].
     """
-    parts = [part for episode in episodes if (part := _seen(episode, planar, max_tilt)) is not None]
+    parts = [part for episode in episodes if (part := _seen(episode, planar, robot.torque_limit, max_tilt)) is not None]
     rows = sum(len(turning) for turning, _ in parts)
     if rows * robot.control_period < _FEWEST:
         return None
@@ -56,7 +56,9 @@ def motor_difference(
     return MotorDifference(share, share - either, share + either)
 
 
-def _seen(episode: Episode, planar: PlanarParameters, max_tilt: float) -> tuple[Array, Array] | None:
+def _seen(
+    episode: Episode, planar: PlanarParameters, torque_limit: float, max_tilt: float
+) -> tuple[Array, Array] | None:
     """Yaw acceleration (n,), and what may make it (n, 6), torque first; None of an episode that tells nothing."""
     if any(of.channel in ("yaw_rate", "wheel_rate") for of in episode.estimated):
         return None
@@ -68,7 +70,8 @@ def _seen(episode: Episode, planar: PlanarParameters, max_tilt: float) -> tuple[
         return None
     k = constants(planar, period)
     late = 0.5 * period + k.delay + period * k.fade / max(k.lag, 1e-9)  # a lag is as late as its time constant
-    torque = np.array([driver_torque(planar, u, i * period) for i, u in enumerate(episode.commands)])
+    given = np.clip(episode.commands, -torque_limit, torque_limit)
+    torque = np.array([driver_torque(planar, u, i * period) for i, u in enumerate(given)])
     steered = np.zeros(len(torque)) if episode.headings is None else episode.headings[:-1, _DIFFERENCE]
     acting = [smoothed(np.append(u, u[-1:])[:end], period, length, 0, late) for u in (torque, steered)]
     yaw, wheel = (smoothed(seen[:end, i], period, length) for i in (_YAW, _WHEEL_RATE))

@@ -21,8 +21,9 @@ from twbal.sysid.prediction_error_fit import Fit
 
 _TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
-_TONES = 8192  # frequencies of the Fourier transform
-_COUNT_STEP, _WAVES_STEP = 0.25, 0.1
+_TONES = 8192  # frequencies of the Fourier transform, at least
+_COUNT_STEP, _WAVES_STEP = 0.25, 0.1  # at most
+_PER_RANGE = 0.5  # of a wave; by which neighbours differ over the whole range of the wheels' angle, or of the way
 _OUT_OF_STEP = 0.3  # rad; by which turning must bring the waves of both wheels out of step to show that they are two
 _SEEN_APART = 1.0  # rad; by which it must bring them out of step to tell how far the wheels come apart
 _TURNING, _TURNINGS = 0.15, 15  # greatest share by which that is looked for to be off, and steps to there at most
@@ -80,12 +81,13 @@ class _Tone(NamedTuple):
 def _over_time(data: Data, fit: Fit, linear: LinearPlanarModel, low: float, high: float) -> _Tone:
     """Frequency [Hz] and complex size of the outside torque Im(wave exp(2πi f t)) that explains most."""
     white = fit.white.reshape(-1, 4)
-    sums, begin, count = np.zeros((_TONES // 2 + 1, 4), complex), 0, len(white)
+    longest = max(len(recording) for recording in data.recordings)
+    tones = max(_TONES, 1 << (2 * longest - 1).bit_length())  # two for each that the longest recording tells apart
+    sums, begin, count = np.zeros((tones // 2 + 1, 4), complex), 0, len(white)
     for recording in data.recordings:
-        part = white[begin : begin + len(recording)][:_TONES]
-        sums += np.fft.rfft(part, _TONES, axis=0)
+        sums += np.fft.rfft(white[begin : begin + len(recording)], tones, axis=0)
         begin += len(recording)
-    frequencies = np.fft.rfftfreq(_TONES, data.period)
+    frequencies = np.fft.rfftfreq(tones, data.period)
     inside = np.flatnonzero((frequencies >= low) & (frequencies <= high))
     K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
     closed = linear.F @ (np.eye(len(linear.F)) - K @ linear.C)
@@ -119,8 +121,14 @@ def _along_the_way(data: Data, fit: Fit, counter: CandidateParameter | None) -> 
     if counter.name == "count":
         return _of_both_wheels(errors, _Waves(0, [each[:, 1] - each[:, 0] for each in states], ahead), counter)
     ways = [2.0 * np.pi * each[:, 8] for each in states]
-    grid = np.arange(counter.low, counter.high + 1e-9, _WAVES_STEP)
+    grid = _grid(counter, _WAVES_STEP, ways)
     return _over_angle(errors, _Waves(1, ways, [0.0 * way for way in ways]), grid)
+
+
+def _grid(counter: CandidateParameter, step: float, angles: Sequence[Array]) -> Array:
+    """Counts of waves that are tried, close enough not to miss one over the widest range of the angles (T + 1,) [rad]."""
+    widest = max(float(np.ptp(each)) for each in angles) / (2.0 * np.pi)
+    return np.arange(counter.low, counter.high + 1e-9, min(step, _PER_RANGE / max(widest, 1e-9)))
 
 
 class _Errors(NamedTuple):
@@ -181,7 +189,7 @@ def _of_both_wheels(errors: _Errors, waves: _Waves, counter: CandidateParameter)
     with twenty poles and three turns, one part in a hundred makes most of a wave. So other values are tried, too, at
     counts near the best one.
     """
-    counts = np.arange(counter.low, counter.high + 1e-9, _COUNT_STEP)
+    counts = _grid(counter, _COUNT_STEP, waves.angles)
     apart = max(float(np.ptp(each)) for each in waves.ahead)
     if apart * counter.high < _OUT_OF_STEP:
         return _over_angle(errors, waves, counts)
