@@ -126,7 +126,7 @@ def _along_the_way(data: Data, fit: Fit, counter: CandidateParameter | None) -> 
 
 
 def _grid(counter: CandidateParameter, step: float, angles: Sequence[Array]) -> Array:
-    """Counts of waves that are tried, close enough not to miss one over the widest range of the angles (T + 1,) [rad]."""
+    """Counts of waves that are tried, so close that none is missed over the widest range of angles (T + 1,) [rad]."""
     widest = max(float(np.ptp(each)) for each in angles) / (2.0 * np.pi)
     return np.arange(counter.low, counter.high + 1e-9, min(step, _PER_RANGE / max(widest, 1e-9)))
 
