@@ -16,13 +16,14 @@ from twbal.diagnosis import pipeline
 from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.graded import contradicted, widened, with_shares
+from twbal.diagnosis.free_form_record import FreeForm
+from twbal.diagnosis.graded import beside_function, contradicted, widened, with_shares
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import Objection
 from twbal.diagnosis.pipeline import diagnose_episodes
 from twbal.diagnosis.probable import _is_of_its_own, chance_of_size, objected_to, probability_of
-from twbal.diagnosis.record import Estimate, Gap, ProbableEffect, Verdict
+from twbal.diagnosis.record import Diagnosis, Estimate, Gap, ProbableEffect, Remaining, Verdict
 
 FRICTION = {"coulomb_friction": {"torque": 0.3}}
 EFFECT = ProbableEffect("dead_zone", 0.95, True, {}, (), "")
@@ -238,3 +239,55 @@ def test_what_remains_is_said_beside_what_was_found(paper, monkeypatch):
 def test_short_control_periods_take_fewer_physics_steps():
     usual = settings()
     assert [usual.for_period(period).substeps for period in (0.03, 0.02, 0.01, 0.005)] == [10, 10, 5, 3]
+
+
+def found_function(*in_place_of):
+    """A force at the axle over the speed that explains a tenth of the errors."""
+    numbers = (20.0, 0.01, 0.1, in_place_of, (), "it falls throughout")
+    return FreeForm("force at the axle", "N", "speed", "m/s", *numbers, *((0.0, 1.0),) * 4)
+
+
+def without_remains(verdict, *names):
+    """A diagnosis of named effects that leaves nothing."""
+    effects = [ProbableEffect(name, 0.98, True, {}, (), "", uncalibrated=1.0) for name in names]
+    remaining = Remaining(0.0, False, ())
+    return Diagnosis(verdict, tuple(effects), remaining, names, (), (), (), (), (), (), (), {}, ())
+
+
+def test_effects_that_a_function_replaces_are_no_longer_named_and_something_remains():
+    before = without_remains(Verdict.NAMED, "rolling_viscous", "dead_zone")
+    after = beside_function(before, found_function("rolling_viscous"))
+    assert after.has_remains and not before.has_remains
+    assert after.verdict is Verdict.NAMED
+    assert [effect.name for effect in after.effects] == ["dead_zone", "rolling_viscous"]
+    zone, rolling = after.effects
+    assert zone == before.effects[1]
+    assert not rolling.is_named and rolling.objected is Objected.EFFECT
+    assert rolling.probability == calibration().corrected(1.0, Objected.EFFECT) < 0.5
+    assert "as a function of the speed does as well in its place" in rolling.objections[-1]
+
+
+@pytest.mark.parametrize(("verdict", "names"), [(Verdict.NAMED, ["rolling_viscous"]), (Verdict.NONE, [])])
+def test_where_a_function_leaves_nothing_named_the_verdict_is_unknown(verdict, names):
+    after = beside_function(without_remains(verdict, *names), found_function(*names))
+    assert after.verdict is Verdict.UNKNOWN and after.has_remains
+
+
+def test_a_function_on_top_of_all_effects_leaves_them_as_they_are():
+    before = without_remains(Verdict.NAMED, "dead_zone")
+    after = beside_function(before, found_function())
+    assert after == replace(before, remaining=Remaining(0.0, True, ()))
+
+
+@pytest.mark.slow
+def test_a_drag_that_the_library_lacks_is_no_rolling_friction(paper):
+    """Without `quadratic_drag`, a rolling friction does most of its work; a function of the speed does more."""
+    drag = {"quadratic_drag": {"coefficient": 8.0}}
+    episodes = [each for seed in (1, 2, 3) for each in episodes_of(synthetic_recording(paper, drag, seed))]
+    measured = NamedEpisodes(episodes, [f"run{i}" for i in range(len(episodes))])
+    few = settings("diagnosis.max_effects=3", "diagnosis.tempered_search=false", "diagnosis.exclude=[quadratic_drag]")
+    simulation = DiagnosedSimulation(paper, {}, 0.001)
+    found = diagnose_episodes(measured, NamedEpisodes([], []), simulation, few, replace(DATA, free_form=True)).diagnosis
+    assert found.has_remains
+    assert (found.free_form[0].quantity, found.free_form[0].variable) == ("force at the axle", "speed")
+    assert not any(effect.name.startswith("rolling") for effect in found.named_effects)

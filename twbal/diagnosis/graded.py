@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from twbal.diagnosis.calibration import Objected, calibration
 from twbal.diagnosis.findings import Findings
-from twbal.diagnosis.record import Gap, ProbableEffect, Remaining
+from twbal.diagnosis.free_form_record import FreeForm
+from twbal.diagnosis.record import Diagnosis, Gap, ProbableEffect, Remaining, Verdict
 from twbal.diagnosis.where import disagreement
 from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
@@ -86,3 +87,32 @@ def contradicted(effects: Sequence[ProbableEffect], contradiction: str) -> tuple
         )
         for effect in effects
     )
+
+
+def beside_function(diagnosis: Diagnosis, function: FreeForm) -> Diagnosis:
+    """A diagnosis after a function of one variable was found to explain more than its best set of effects.
+
+    Then something remains, whatever the residuals say. Effects in whose place the function does as well are no longer
+    named: of a drag that the library lacks, a part looks like a rolling friction.
+    """
+    added = f"{function.quantity[0].upper()}{function.quantity[1:]} as a function of the {function.variable}"
+    text = f"{added} does as well in its place, and explains more."
+    what = Objected.EFFECT
+    effects = [
+        effect
+        if effect.name not in function.in_place_of
+        else replace(
+            effect,
+            probability=min(calibration().corrected(effect.uncalibrated, what), effect.probability),
+            objected=what,
+            is_named=False,
+            objections=(*effect.objections, text),
+        )
+        for effect in diagnosis.effects
+    ]
+    verdict = diagnosis.verdict
+    if verdict is Verdict.NONE or (verdict is Verdict.NAMED and not any(effect.is_named for effect in effects)):
+        verdict = Verdict.UNKNOWN
+    remaining = diagnosis.remaining._replace(is_beyond_noise=True)
+    by_probability = tuple(sorted(effects, key=lambda effect: -effect.probability))
+    return replace(diagnosis, verdict=verdict, effects=by_probability, remaining=remaining)

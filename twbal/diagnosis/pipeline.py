@@ -21,7 +21,7 @@ from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, measure_gaps, rollout_error
-from twbal.diagnosis.graded import contradicted, remaining_of, widened, with_shares
+from twbal.diagnosis.graded import beside_function, contradicted, remaining_of, widened, with_shares
 from twbal.diagnosis.gyro_walk import gyro_bias_walk
 from twbal.diagnosis.inputs import DataSettings, DiagnosedSimulation, NamedEpisodes
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
@@ -171,10 +171,14 @@ def _with_free_forms(
     progress: Progress,
     diagnosis: Diagnosis,
 ) -> Diagnosis:
-    if not (data.free_form and diagnosis.has_remains):
+    if not data.free_form:
         return diagnosis
     progress("looking for a function of one variable in what remains")
     formed = free_forms(free_form_inputs(comparison, split, simulation, settings))
+    if formed:
+        diagnosis = beside_function(diagnosis, formed[0])
+    elif not diagnosis.has_remains:
+        return diagnosis
     return replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
 
 
