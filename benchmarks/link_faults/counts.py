@@ -21,6 +21,7 @@ def _counted(name: str, trials: Sequence[dict[str, Any]]) -> dict[str, Any]:
         "ridden": len(trials) - len(ended),
         "off_ms": [round(median(off), 1), round(max(off), 1)] if off else [],
         "late": sum(trial.get("late", 0) for trial in trials),
+        "late_trials": sum(trial.get("late", 0) > 0 for trial in trials),
         "spoilt": round(median(trial["spoilt"] for trial in trials), 1),
         "errors": dict(Counter(_reason(trial["error"]) for trial in ended).most_common()),
         "misses": [f"trial {trial['trial']}: {miss}"[:160] for trial in trials for miss in trial["misses"]],

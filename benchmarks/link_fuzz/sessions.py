@@ -112,6 +112,12 @@ class Session:
         self.model.receive(data, self.now)
         self.pass_time(self.rng.randrange(8_000))
 
+    def held(self, duration: int) -> None:
+        """The robot's loop is held for a time [µs], while something that the host says waits."""
+        self.now += duration
+        self.tell(to_wire(message(self.rng, self.next())))
+        self.check()
+
     def pass_time(self, duration: int) -> None:
         """Nothing is said for a time [µs]."""
         self.now += duration

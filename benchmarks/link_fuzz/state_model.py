@@ -51,7 +51,8 @@ class StateModel:
         self.state = STRANGE
 
     def receive(self, data: bytes, now: int) -> None:
-        """Bytes come."""
+        """Bytes come, after a wait while the loop was held at times."""
+        self._watch(now)
         for message in self._decoder.feed(data):
             self._take(message, now)
 

@@ -213,6 +213,26 @@ static void body()
     check(isnan(wheels.sense(none, 0, 0.01f).tilt), "an IMU that repeats itself is frozen");
 }
 
+// An IMU that failed, and of which each third reading still does: ten good ones in a row let the robot be armed again.
+static void after_a_failure()
+{
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true, 8.0f, 24.0f};
+    Bench bench;
+    twbal::TwoWheels<Bench> wheels(bench, build);
+    bool armed = false;
+    for (int k = 0; k < 300; ++k) {
+        bench.answers = k % 3 != 2;
+        wheels.sample(0.002f, false);
+        armed = armed || wheels.arm(0);
+    }
+    check(!armed, "two good readings in three do not let a robot be armed whose IMU has failed");
+    for (int k = 1; k <= 10; ++k) {
+        bench.answers = true;
+        wheels.sample(0.002f, false);
+        check(wheels.arm(0) == (k == 10), "ten good ones in a row do");
+    }
+}
+
 // A body that turns at 2 rad/s for 0.3 s while the IMU answers only each `every`th time: the tilt that it says.
 static float turned(int every)
 {
@@ -471,6 +491,7 @@ int main()
     encoders();
     heading();
     body();
+    after_a_failure();
     unread();
     wheel_in_a_hand();
     dead_duty();

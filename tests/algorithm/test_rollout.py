@@ -4,7 +4,7 @@ import pytest
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
-from twbal.core.errors import ConfigError, LinkError, LinkLostError
+from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError
 from twbal.core.plant import Observation, Plant, Pose
 from twbal.policies.policy import Policy
 
@@ -166,7 +166,7 @@ def test_a_clock_that_does_not_run_forward_ends_the_rollout_and_keeps_what_was_s
     assert plant.stops == 1
 
 
-@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), None, np.array([1.0]), "1"])
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), None, np.array([1.0, 2.0]), "1"])
 def test_a_command_that_is_no_number_is_not_given_and_what_was_seen_is_kept(wrong):
     class Broken(Policy):
         def controller(self, rng):
@@ -284,3 +284,99 @@ def test_a_pose_that_is_no_number_ends_the_rollout_as_an_observation_does(value)
     assert "true pose" in episode.events[-1].text
     with pytest.raises(LinkLostError, match="true pose"):
         drive(Watched(lambda step: Pose(value, 0.0, 0.0, 0.0)))
+
+
+class Own(Policy):
+    """Gives the law that it was made with."""
+
+    def __init__(self, law):
+        self._law = law
+
+    def controller(self, rng):
+        return self._law
+
+
+def driven_by(policy, plant=None):
+    return rollout(plant or Toy(), policy, CHANNELS, 4, 0.5, PROVENANCE)
+
+
+def test_a_law_that_works_on_its_state_in_place_changes_no_record():
+    def law(state):
+        command = 1e-3 - state[0]
+        state *= 0.0
+        return command
+
+    np.testing.assert_array_equal(driven_by(Own(law)).states, driven_by(Own(lambda state: 1e-3 - state[0])).states)
+
+
+@pytest.mark.parametrize("one", [np.array([0.25]), np.array(0.25), np.float32(0.25), np.array([[0.25]])])
+def test_a_command_is_one_number_also_of_an_array(one):
+    assert driven_by(Own(lambda state: one)).commands.tolist() == [0.25] * 4
+
+
+@pytest.mark.parametrize("several", [np.array([0.1, 0.2]), [0.1, 0.2], np.array([])])
+def test_a_command_of_several_numbers_says_what_to_return(several):
+    episode = driven_by(Own(lambda state: several))
+    assert episode.outcome is Outcome.POLICY_FAULT
+    assert episode.events[-1].text.endswith("return one number, as by float(u).")
+
+
+class WithoutGenerator(Policy):
+    def controller(self):
+        return lambda state: 0.0
+
+
+class Raising(Policy):
+    def controller(self, rng):
+        raise ValueError("mine")
+
+
+@pytest.mark.parametrize(
+    ("policy", "said"),
+    [
+        (Raising(), "Rollout 2 did not begin: `controller` of the policy Raising .* ValueError: mine. Expected"),
+        (WithoutGenerator(), r"TypeError: .* Expected is a method `controller\(self, rng\)` that returns a law"),
+        (Own(None), "`controller` of the policy Own returned None"),
+        (Own(0.0), r"returned 0\.0"),
+    ],
+)
+def test_a_policy_that_gives_no_law_is_one_clear_error_and_the_robot_is_stopped(policy, said):
+    plant = Toy()
+    with pytest.raises(DataError, match=said):
+        driven_by(policy, plant)
+    assert plant.stops == 1
+
+
+class Returning(Toy):
+    """Its observations are what `of` makes of true ones."""
+
+    def __init__(self, of):
+        super().__init__()
+        self._of = of
+
+    def seen(self):
+        return self._of(super().seen())
+
+
+@pytest.mark.parametrize("of", [tuple, list, np.array])
+def test_seven_numbers_are_an_observation(of):
+    found, expected = drive(Returning(of)), drive(Toy())
+    np.testing.assert_array_equal(found.observations, expected.observations)
+
+
+@pytest.mark.parametrize(
+    "of",
+    [
+        lambda seen: None,
+        lambda seen: tuple(seen)[:5],
+        lambda seen: (np.array(seen), 0.0, False, {}),
+        lambda seen: np.array(seen)[None],
+        lambda seen: seen._replace(tilt="0.1"),
+        lambda seen: "1234567",
+    ],
+)
+def test_what_is_no_observation_says_what_to_return_and_the_robot_is_stopped(of):
+    plant = Returning(of)
+    with pytest.raises(DataError, match="must return an Observation, or its 7 numbers in this order: time, tilt, "):
+        drive(plant)
+    assert plant.stops == 1

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from twbal.cli.signals import STOPPING, interruptible, stopped_once
+from twbal.cli.signals import STOPPING, interruptible, never_suspended, stopped_once
 
 INTERRUPTED_KERNEL = """
 import os, signal, threading, time
@@ -50,6 +50,19 @@ def heard():
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+def test_a_suspension_changes_nothing_and_is_heard_as_before_afterwards():
+    heard = []
+    before = signal.signal(signal.SIGTSTP, lambda number, frame: heard.append(number))
+    try:
+        with never_suspended():
+            os.kill(os.getpid(), signal.SIGTSTP)
+        assert not heard
+        os.kill(os.getpid(), signal.SIGTSTP)
+        assert heard == [signal.SIGTSTP]
+    finally:
+        signal.signal(signal.SIGTSTP, before)
 
 
 @pytest.mark.parametrize("number", STOPPING)

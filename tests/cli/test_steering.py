@@ -194,6 +194,37 @@ def test_a_hang_up_signal_ends_the_drive_at_rest(robot, policy, at_terminal, tmp
     assert "the terminal was lost, and the reference came to rest" in [event.text for event in episode.events]
 
 
+def test_with_a_gamepad_ctrl_z_does_nothing_and_a_hang_up_ends_the_drive_at_rest(
+    robot, policy, at_terminal, tmp_path, monkeypatch
+):
+    modes = []
+
+    def disturb():
+        modes.append(termios.tcgetattr(person.program))
+        os.kill(os.getpid(), signal.SIGTSTP)
+        os.kill(os.getpid(), signal.SIGHUP)
+
+    person = at_terminal(("tilt", disturb))
+    os.mkfifo(tmp_path / "js0")
+    pad = os.open(tmp_path / "js0", os.O_RDWR | os.O_NONBLOCK)
+    suspended = []
+    before = signal.signal(signal.SIGTSTP, lambda number, frame: suspended.append(number))
+    hung_up = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # who is started by `nohup` ignores it
+    try:
+        drive(robot, policy, tmp_path, f"input={tmp_path / 'js0'}")
+    finally:
+        signal.signal(signal.SIGTSTP, before)
+        signal.signal(signal.SIGHUP, hung_up)
+        os.close(pad)
+    assert not suspended
+    assert modes[0][6][termios.VSUSP] == b"\0" and not modes[0][0] & termios.IXON
+    assert termios.tcgetattr(person.program) == person.before
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    assert episode.outcome is Outcome.COMPLETED
+    assert episode.observations[-1, 0] < 0.5 * LONGEST
+    assert "the terminal was lost, and the reference came to rest" in [event.text for event in episode.events]
+
+
 def test_recorded_events_of_a_gamepad_drive_the_same_way_each_time(robot, policy, tmp_path):
     forward, left, middle, start = (-16384, 2, 1), (-32767, 2, 0), (0, 2, 1), (1, 1, 7)
     events = [(0, 0, 2, 5), (1000, *forward), (2500, *left), (3200, 0, 2, 0), (3500, *middle), (4500, *start)]

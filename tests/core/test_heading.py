@@ -131,6 +131,7 @@ def spun(
     held: float = 0.0,
     true_inertia: float = 1.0,
     late: int = 1,
+    limit: float = math.inf,
 ) -> tuple[np.ndarray, list[str]]:
     """True headings less those of the reference, the samples and the events of a turn after 1 s; held until `held`."""
     course = Course.from_settings(robot, [{"seconds": 1.0, "speed": 0.0}, {"turn": degrees}]).heading
@@ -140,7 +141,7 @@ def spun(
     for time in np.arange(0.0, 12.0, PERIOD).tolist():
         plant.is_held = time < held
         control.follow(*plant.seen(time), Motion())
-        rows.append((time, plant.heading, *control.samples[-1]._replace(difference=control.difference(command))))
+        rows.append((time, plant.heading, *control.samples[-1]._replace(difference=control.difference(command, limit))))
         plant.step(control.samples[-1].difference)
     return np.array(rows), [event.text for event in control.reference.events]
 
@@ -204,6 +205,24 @@ def test_the_difference_keeps_within_its_share_and_within_what_balancing_leaves(
     for command, most in ((0.0, (TURNING_SHARE + FRICTION_SHARE) * 20.0), (-18.0, 2.0), (25.0, 0.0)):
         rows, _ = spun(robot, 180.0, held=12.0, command=command)
         assert np.abs(rows[:, -1]).max() == pytest.approx(most, abs=1e-9)
+
+
+def test_a_limit_of_the_robot_bounds_the_difference_and_what_is_integrated_behind_it() -> None:
+    rows, _ = spun(paper(), 180.0, held=12.0, limit=1.5)
+    assert np.abs(rows[:, -1]).max() == pytest.approx(1.5, abs=1e-12)
+
+
+def test_behind_the_robots_own_limit_nothing_winds_up() -> None:
+    """A hand turns a robot that is to stand, and lets it go: what cannot act is not integrated."""
+    course = Course.from_settings(paper(), [{"seconds": 1.0, "speed": 0.0}]).heading
+    assert course is not None
+    control = HeadingControl(paper(), course, has_gyro=True)
+    for step in range(1000):
+        held = 0.02 if step > 50 else 0.0  # [rad]: asks for less than its share, and more than the limit
+        seen = Observation(step * PERIOD, 0.0, 0.0, 0.0, 0.0, 0.0, 0.02 / PERIOD if step == 51 else 0.0)
+        control.follow(seen, WheelDifference(3.0 * held, 0.0), Motion())
+        assert abs(control.difference(0.0, 0.1)) <= 0.1
+    assert abs(control._integrals.straight) < 0.01
 
 
 def test_a_robot_that_is_held_meets_no_growing_error_and_does_not_spin_when_it_is_let_go() -> None:

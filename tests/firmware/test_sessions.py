@@ -24,6 +24,24 @@ def test_mutated_sessions_never_leave_the_motors_on_where_they_must_be_off():
     check_sessions(range(3_000))
 
 
+def test_what_waited_while_the_loop_was_held_is_judged_by_the_watchdog_first():
+    for seed in range(3_000):
+        session = Session(library(), seed).drive(4)
+        session.held(session.rng.choice((5_000, 60_000, 99_000, 100_001, 190_000, 400_000, 11_000_000)))
+
+
+def test_a_command_that_waited_for_longer_than_the_watchdog_moves_nothing():
+    robot = library()
+    robot.robot_start(1)
+    for message, now in ((Hello(1, 2), 10), (Arm(2, 5), 1000), (Command(3, 2.0, 0.0), 2000)):
+        robot.robot_receive(to_wire(message), len(to_wire(message)), now)
+    late = to_wire(Command(4, 2.0, 0.0))
+    robot.robot_receive(late, len(late), 102_001)
+    assert not robot.robot_motors_may_be_on() and robot.robot_total() == 0.0
+    robot.robot_run(102_001)
+    assert not robot.robot_motors_may_be_on()
+
+
 @pytest.mark.slow
 def test_a_million_mutated_sessions_never_leave_the_motors_on_where_they_must_be_off():
     check_sessions(range(3_000, 1_003_000))

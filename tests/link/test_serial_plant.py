@@ -109,6 +109,19 @@ def test_a_robot_that_announces_nonsense_is_refused(broken):
         SerialPlant(OddRobot(Firmware(Pendulum(), LOCKSTEP)), 0.5, 0.5, 0.5)
 
 
+@pytest.mark.parametrize("clock", [Clock.LOCKSTEP, Clock.REAL_TIME])
+@pytest.mark.parametrize("period", [0.08, 0.0801, 1.0])
+def test_a_control_period_that_the_watchdog_does_not_allow_is_refused_in_real_time(clock, period):
+    slow = Pendulum()
+    slow.control_period = period
+    line = MemoryTransport(Firmware(slow, replace(LOCKSTEP, clock=clock)))
+    if clock is Clock.LOCKSTEP or period == 0.08:
+        assert SerialPlant(line, 0.5, 0.5, 0.5).control_period == pytest.approx(period)
+        return
+    with pytest.raises(ProtocolError, match=r"of \d+ µs in real time \(expected at most 80000: .* 100 ms after"):
+        SerialPlant(line, 0.5, 0.5, 0.5)
+
+
 def test_a_robot_that_does_not_answer_is_an_error():
     line = MemoryTransport(Firmware(Pendulum(), LOCKSTEP))
     line.to_host = silent
@@ -260,6 +273,14 @@ def test_commands_are_clipped_to_the_announced_limit_and_that_is_noted():
     plant.step(-25.0)
     assert pendulum.torques == [19.0, -20.0]
     assert [e.text for e in plant.events] == ["command of -25 N·m clipped to the robot's limit of 20 N·m"]
+
+
+def test_the_episode_has_the_commands_that_were_sent_also_of_a_policy_without_a_limit():
+    plant, _, pendulum = linked(replace(LOCKSTEP, torque_limit=0.7))
+    episode = drive(plant)
+    assert plant.command_limit == pytest.approx(0.7)
+    assert any("clipped" in event.text for event in plant.events)
+    np.testing.assert_allclose(episode.commands, [torque for torque in pendulum.torques if torque is not None])
 
 
 def test_a_command_that_is_no_number_is_refused_before_it_is_sent():

@@ -171,3 +171,34 @@ def test_a_robot_behind_a_socket_is_driven_by_the_same_code():
                 plant.step(torque)
         thread.join()
     assert pendulum.torques == [1.0, 2.0, 3.0, None]
+
+
+@pytest.fixture
+def connection():
+    """A transport over a socket, and the other end of it."""
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        line = SerialTransport(f"socket://127.0.0.1:{server.getsockname()[1]}", 115200)
+        far, _ = server.accept()
+        with far:
+            yield line, far
+    line.close()
+
+
+def test_what_has_come_over_a_socket_is_read_at_once(connection):
+    line, far = connection
+    far.sendall(bytes(range(200)))
+    time.sleep(0.1)
+    assert line.read() == bytes(range(200))
+    assert line.read() == b""
+
+
+def test_a_command_over_a_socket_does_not_wait_for_the_next(connection):
+    line, _ = connection
+    assert line._port._socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+def test_a_socket_that_is_closed_is_a_lost_link(connection):
+    line, far = connection
+    far.close()
+    with pytest.raises(LinkLostError, match="gone while reading: its other end is gone"):
+        line.read()

@@ -9,10 +9,13 @@ from pendulum import MemoryTransport, Pendulum
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
+from twbal.core.course import Course
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError, LinkLostError, ProtocolError
+from twbal.core.heading_control import HeadingControl
 from twbal.core.motor import Motor
 from twbal.core.plant import WheelDifference
+from twbal.core.robot_parameters import RobotParameters
 from twbal.link.decoder import Decoder, to_wire
 from twbal.link.protocol import NEEDED, Arm, Clock, Command, Drive, Follow, Hello, Sensors, Status, Telemetry, Welcome
 from twbal.link.serial_plant import SerialPlant
@@ -92,7 +95,44 @@ def test_the_host_leaves_to_a_turn_what_balancing_leaves():
     plant.step(15.0)
     assert robot.torques == [(15.0, -5.0)]
     assert line.got[-1].difference == -5.0
-    assert plant.events == ()
+
+
+def limited_to(limit):
+    """Has a robot announce a limit of the difference [N·m] below that of the sum."""
+
+    def change(said):
+        return replace(said, difference_limit=limit) if isinstance(said, Welcome) else said
+
+    return change
+
+
+def test_a_difference_beyond_what_the_robot_takes_is_noted_once_in_each_rollout():
+    plant, line = plant_of(Turning(), change=limited_to(0.5))
+    assert plant.difference_limit == 0.5
+    for trial in range(2):
+        plant.reset(trial)
+        for difference in (0.4, 0.5, 0.8, -3.0):
+            plant.steer(difference)
+            plant.step(1.0)
+        assert [said.difference for said in line.got[-4:]] == pytest.approx([0.4, 0.5, 0.5, -0.5])
+        (event,) = plant.events
+        assert event.text.startswith("difference of 0.8 N·m clipped to 0.5 N·m: the robot's limit is 0.5 N·m")
+        assert event.time == pytest.approx(0.04)
+
+
+def test_the_difference_that_is_logged_is_the_one_that_was_sent():
+    """Of a turn that asks for more than the robot's board takes."""
+    robot = RobotParameters("cart", 5.0, 0.25, 0.0, 0.1, 0.1, 0.05, 0.5, 0.1, 0.003, 0.03, 0.4, 20.0, 0.02)
+    heading = Course.from_settings(robot, [{"turn": 180.0}]).heading
+    plant, line = plant_of(Turning(), change=limited_to(0.3))
+    policy, channels = LinearPolicy(("tilt",), np.array([-20.0]), 0.0, 20.0), Channels(("tilt",), 0.1)
+    control = HeadingControl(robot, heading, plant.has_yaw_gyro)
+    episode = rollout(plant, policy, channels, 20, 0.9, Provenance("cart", "robot"), heading=control)
+    sent = [said.difference for said in line.got if isinstance(said, Command)]
+    logged = [sample.difference for sample in control.samples[: len(episode.commands)]]
+    assert max(map(abs, sent)) == pytest.approx(0.3)
+    assert logged == pytest.approx(sent, abs=1e-6)
+    assert not [event for event in plant.events if "difference" in event.text]
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])

@@ -82,6 +82,14 @@ def test_a_recording_comes_as_it_was_recorded_and_is_lost_after_its_last_event(t
     assert pad.read(1.0) == [Key.REST] and pad.lost
 
 
+def test_a_recording_gives_nothing_any_more_once_the_terminal_is_lost(tmp_path):
+    (tmp_path / "pad.bin").write_bytes(packed((0, -32767, AXIS, 1), (500, 0, AXIS, 1)))
+    pad = gamepad(tmp_path / "pad.bin", LAYOUT)
+    pad.read(0.0)
+    pad.lose("terminal")
+    assert pad.read(1.0) == [] and pad.lost and pad.name == "terminal"
+
+
 def test_a_pad_that_is_not_there_and_a_file_without_events_are_errors_that_say_what_to_do(tmp_path):
     with pytest.raises(ConfigError, match=r"Cannot open the gamepad .*js9: No such file.* the group input"):
         gamepad(tmp_path / "js9", LAYOUT)

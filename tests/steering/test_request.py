@@ -100,6 +100,33 @@ def test_sticks_of_a_gamepad_that_falls_silent_ask_for_nothing_after_a_time(hold
     assert steered.asked == SteeringRequest(0.4, 0.0)
 
 
+REST, SILENCE = "rest", "silence"
+
+
+@pytest.mark.parametrize("end", [REST, SILENCE])
+@pytest.mark.parametrize(
+    ("then", "asked"),
+    [
+        ([Sticks(1.0, 0.0)], SteeringRequest()),  # as an event of the other stick says it
+        ([Sticks(1.0, 0.3)], SteeringRequest(0.0, 0.3)),
+        ([Sticks(0.96, 0.0)], SteeringRequest()),
+        ([Sticks(0.9, 0.0)], SteeringRequest(0.9, 0.0)),
+        ([Sticks(0.9, 0.0), Sticks(1.0, 0.0)], SteeringRequest(1.0, 0.0)),
+        ([Sticks(0.0, 0.0), Sticks(1.0, 0.0)], SteeringRequest(1.0, 0.0)),
+    ],
+)
+def test_a_stick_that_is_held_at_a_rest_counts_again_once_it_is_itself_moved(end, then, asked):
+    steered = steering()
+    steered.take(0.0, Sticks(1.0, 0.0))
+    if end == REST:
+        steered.take(0.5, Key.REST)
+    steered.wait(0.5 if end == REST else STICK_TIMEOUT + 0.1)
+    assert steered.asked == SteeringRequest()
+    for sticks in then:
+        steered.take(3.0, sticks)
+    assert steered.asked == asked
+
+
 def test_each_event_of_the_gamepad_shows_that_it_is_there():
     steered, _ = after(Sticks(0.5, 0.5), *[Key.KEEP] * 10, every=1.9)
     assert steered.asked == SteeringRequest(0.5, 0.5) and not steered.events

@@ -68,6 +68,13 @@ def test_no_limit_is_passed_however_keys_are_hammered(limits, seed):
         assert np.abs(np.diff(changes)).max() <= most.jerk * PERIOD * (1 + 1e-9)
 
 
+def test_a_stick_that_was_moved_before_the_drive_began_counts_once_it_is_moved_in_it(limits):
+    held = Script((0.0, Sticks(1.0, 0.0)), (0.2, Sticks(1.0, -0.02)), (1.0, Sticks(0.5, 0.0)))
+    course = SteeredCourse(limits, held)
+    asked = [course.target(time).speed / limits.driving.speed for time in (0.0, 0.2, 0.4, 1.0)]
+    assert asked == pytest.approx([0.0, 0.0, 0.0, 0.5])
+
+
 def test_a_held_key_reaches_the_asked_speed_and_silence_brings_the_reference_to_rest(limits):
     held = [(0.1 + 0.03 * n, Key.FASTER if n < 4 else Key.KEEP) for n in range(120)]
     times, rows = followed(SteeredCourse(limits, Script(*held)), 12.0)

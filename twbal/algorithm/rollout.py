@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable
+from numbers import Real
 
 import numpy as np
 
 from twbal.core.channels import Channels, StateTracker
 from twbal.core.course import Standing
 from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
-from twbal.core.errors import ConfigError, LinkLostError
+from twbal.core.errors import ConfigError, DataError, LinkLostError, TwbalError
 from twbal.core.feed_forward import FeedForward, added
 from twbal.core.gaussian import Array
 from twbal.core.heading import HeadingSample
@@ -25,6 +26,9 @@ MAX_TILT_LIMIT = math.pi / 2
 Watch = Callable[[Observation, Motion, HeadingSample | None, float], Ending | None]
 """Looks at an observation, the reference, what the heading's control knows and the command that acted until then
 (0 before the first) [N·m]; tells an end of the rollout."""
+_EXPECTED_CONTROLLER = (
+    "Expected is a method `controller(self, rng)` that returns a law: a function from the state to the command [N·m]."
+)
 _NO_POSE = Pose(*(math.nan,) * len(Pose._fields))
 
 
@@ -61,6 +65,7 @@ def rollout(
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
+        DataError: the policy gives no law, or the plant returns what is no observation.
         LinkError: the robot could not be reached at all, or its first observation cannot be used.
     """
     _check_tilt_limit(tilt_limit)
@@ -70,7 +75,7 @@ def rollout(
     record = _Record(channels, targets, heading, feed_forward, yields)
     try:
         try:
-            controller = policy.controller(rng)
+            controller = _controller(policy, rng, provenance.trial)
             record.note(plant.reset(provenance.trial), plant.pose(), plant.wheel_difference())
             _drive(plant, controller, record, steps, tilt_limit, watch, most_command)
         except (LinkLostError, KeyboardInterrupt) as ended:
@@ -103,6 +108,29 @@ def _check_tilt_limit(tilt_limit: float) -> None:
         )
 
 
+def _controller(policy: Policy, rng: np.random.Generator, trial: int) -> Controller:
+    """The law of `policy` for rollout `trial`.
+
+    Raises:
+        DataError: `controller` raises, or returns what cannot be called.
+    """
+    try:
+        law = policy.controller(rng)
+    except TwbalError:
+        raise
+    except Exception as error:  # of anybody's policy
+        raise DataError(
+            f"Rollout {trial} did not begin: `controller` of the policy {type(policy).__name__} ended with the error "
+            f"{type(error).__name__}: {error}. {_EXPECTED_CONTROLLER}"
+        ) from error
+    if not callable(law):
+        raise DataError(
+            f"Rollout {trial} did not begin: `controller` of the policy {type(policy).__name__} returned {law!r:.80}. "
+            f"{_EXPECTED_CONTROLLER}"
+        )
+    return law
+
+
 def _drive(
     plant: Plant,
     controller: Controller,
@@ -125,21 +153,23 @@ def _drive(
             record.end(*ending)
             return
         try:
-            command = controller(record.for_policy)
+            command = controller(record.for_policy.copy())  # a law may work on it in place; the record stays
         except Exception as error:  # of anybody's policy; what was driven so far is kept
             found, state = f"{type(error).__name__}: {error}", record.for_policy.tolist()
             record.end(Outcome.POLICY_FAULT, f"The policy ended with the error {found}, in state {state}.")
             return
-        if not _is_number(command):
+        number = _number(command)
+        if number is None:
             state = record.for_policy.tolist()
             record.end(
-                Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
+                Outcome.POLICY_FAULT,
+                f"The policy commands {command} N·m, which is no number, in state {state}.{_about_array(command)}",
             )
             return
-        command = added(command, record.feed_forward_torque, most)
+        command = added(number, record.feed_forward_torque, most)
         record.tell(plant)
         if record.heading is not None:
-            plant.steer(record.heading.difference(command))
+            plant.steer(record.heading.difference(command, plant.difference_limit))
         observation = plant.step(command)
         applied = plant.applied()
         sent = min(max(command, -plant.command_limit), plant.command_limit)
@@ -147,12 +177,36 @@ def _drive(
         record.note(observation, plant.pose(), plant.wheel_difference())
 
 
-def _is_number(command: object) -> bool:
-    """Whether a policy commands a finite number, and not an array of one or nothing at all."""
+def _number(command: object) -> float | None:
+    """What a policy commands as a number, also of an array that holds just one; None where it is no finite number."""
+    single = command.item() if isinstance(command, np.ndarray) and command.size == 1 else command
     try:
-        return math.isfinite(command)  # type: ignore[arg-type]
-    except TypeError:
-        return False
+        return float(single) if math.isfinite(single) else None  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return None
+
+
+def _about_array(command: object) -> str:
+    """What to return in place of an array of several numbers, or of none."""
+    shape = np.shape(command) if isinstance(command, np.ndarray | list | tuple) else ()
+    return f" It is an array of shape {shape}: return one number, as by float(u)." if shape not in ((), (1,)) else ""
+
+
+def _observation(returned: object) -> Observation:
+    """What `reset` or `step` of a plant returned, as an observation; seven numbers in its order will do.
+
+    Raises:
+        DataError: it is none.
+    """
+    names = Observation._fields
+    is_list = isinstance(returned, tuple | list) or (isinstance(returned, np.ndarray) and returned.ndim == 1)
+    numbers = list(returned) if is_list else []  # type: ignore[call-overload]
+    if len(numbers) == len(names) and all(isinstance(each, Real) for each in numbers):
+        return returned if isinstance(returned, Observation) else Observation(*map(float, numbers))
+    raise DataError(
+        f"`reset` and `step` of a plant must return an Observation, or its {len(names)} numbers in this order: "
+        f"{', '.join(names)}; found {returned!r:.120}."
+    )
 
 
 class _Record:
@@ -197,8 +251,10 @@ class _Record:
             apart: how far the wheels are apart; None where they are not told apart.
 
         Raises:
+            DataError: it is no observation.
             LinkLostError: it is not finite, or not later than what was seen before.
         """
+        seen = _observation(seen)
         if not all(map(math.isfinite, seen)):
             raise LinkLostError(f"The robot sent a value that is not a finite number: {seen}.")
         if self.seen and seen.time <= self.seen[-1].time:

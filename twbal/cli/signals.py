@@ -87,6 +87,23 @@ def _comes_again(number: int, frame: FrameType | None) -> bool:
 
 
 @contextmanager
+def never_suspended() -> Iterator[None]:
+    """Let SIGTSTP, which Ctrl-Z sends, change nothing in the body, also not for programs that are started in it.
+
+    Outside of the main thread, where signals cannot be set, nothing is changed.
+    """
+    before = signal.getsignal(signal.SIGTSTP)
+    if threading.current_thread() is not threading.main_thread() or before is None:
+        yield
+        return
+    signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTSTP, before)
+
+
+@contextmanager
 def on_hang_up(act: Callable[[], None]) -> Iterator[None]:
     """Let a terminal that is closed (SIGHUP) call `act` in the body, and nothing else.
 

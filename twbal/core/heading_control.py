@@ -1,5 +1,6 @@
 """Keeps a robot's heading at that of a reference, by the difference of its wheel torques."""
 
+from math import inf
 from typing import NamedTuple
 
 from twbal.core.heading import HeadingEstimate, HeadingSample
@@ -64,8 +65,8 @@ class HeadingControl:
     there in turns only (`_Integrals`); the other grows a fifth as fast, for which the poles lie at -0.07 p and (-1.46 ±
     0.81 i) p. All but the integral keeps within a quarter of the torque limit. Each part of the integral keeps within
     another quarter, as friction and dead zone may take all of the first, and the difference within what balancing
-    leaves. The part for turns grows also where the rest is cut or the reference gives way: only so does a robot that
-    sticks come loose. The other part may then shrink, but does not grow.
+    leaves and the robot takes. The part for turns grows also where the rest is cut or the reference gives way: only so
+    does a robot that sticks come loose. The other part may then shrink, but does not grow.
 
     A robot that reacts late and is easier to turn than its sheet says is shaken by a loop as fast as that: the
     difference is cut one way, and within the time in which the robot falls the other way. Each time p becomes smaller.
@@ -111,34 +112,37 @@ class HeadingControl:
         asked = self.reference.follow(seen.time, heading, rate)
         self.samples.append(HeadingSample(asked.position, asked.speed, heading, rate, 0.0))
 
-    def difference(self, command: float) -> float:
+    def difference(self, command: float, limit: float = inf) -> float:
         """The difference of the wheel torques from now on [N·m].
 
         Args:
             command: their sum, which goes first [N·m].
+            limit: largest difference that the robot takes [N·m].
         """
         now, pole = self.samples[-1], self._pole
         error, slip = now.reference - now.estimate, now.reference_rate - now.rate
         self._turning = turning = self._turn(now.reference_rate, error)
         asked = (self.reference.motion.acceleration + 3.0 * pole * slip + 3.0 * pole**2 * error) / self._mobility
-        left = max(self._torque_limit - abs(command), 0.0)
+        left = min(max(self._torque_limit - abs(command), 0.0), limit)
         most = min(TURNING_SHARE * self._torque_limit, left)
         moving = min(max(asked, -most), most)
         if moving != asked:
             self._calm_down(moving)
-        self._integrate(self._step * pole**3 * error / self._mobility, is_cut=moving != asked)
+        is_cut = moving != asked or abs(moving + self._integrals.sum(turning)) > limit
+        self._integrate(self._step * pole**3 * error / self._mobility, is_cut, limit)
         done = min(max(moving + self._integrals.sum(turning), -left), left)
         self.samples[-1] = now._replace(difference=done)
         return done
 
-    def _integrate(self, torque: float, is_cut: bool) -> None:
+    def _integrate(self, torque: float, is_cut: bool, limit: float) -> None:
         """Let the integral grow by a torque [N·m].
 
         Args:
             torque: of the error since the observation before.
-            is_cut: whether what moves the robot is cut.
+            is_cut: whether what moves the robot is cut, or the robot's limit cuts it together with the integral.
+            limit: largest difference that the robot takes [N·m].
         """
-        grown = self._integrals.grown(torque, self._turning, FRICTION_SHARE * self._torque_limit)
+        grown = self._integrals.grown(torque, self._turning, min(FRICTION_SHARE * self._torque_limit, limit))
         is_free = self._turning or not (is_cut or self.reference.gives_way)
         if is_free or abs(grown.straight) < abs(self._integrals.straight):
             self._integrals = grown

@@ -71,6 +71,7 @@ class Plant(ABC):
 
     control_period: float  # [s]
     command_limit: float = inf  # to which commands are cut [N·m]
+    difference_limit: float = inf  # to which differences of the wheel torques are cut [N·m]
     turns: bool = False  # whether its wheels can be driven apart
     has_yaw_gyro: bool = True  # whether `Observation.yaw_rate` is measured
 

@@ -24,6 +24,7 @@ class LineNotes:
         self._noted: list[tuple[float, str | Sending]] = []
         self.missed_periods = 0
         self._counter_stands = False
+        self._noted_kinds: set[str] = set()  # of what is noted once
         self._cut_periods, self._cut_first = 0, 0.0  # in which the robot cut a command; time of the first [s]
         self._heard_damaged = self._line.bad_frames
 
@@ -44,6 +45,18 @@ class LineNotes:
             text: what it is.
         """
         self._noted.append((time, text))
+
+    def add_once(self, time: float, kind: str, text: str) -> None:
+        """Note something unless its kind was noted before in this rollout.
+
+        Args:
+            time: since the rollout began [s].
+            kind: of what it is.
+            text: what it is.
+        """
+        if kind not in self._noted_kinds:
+            self._noted_kinds.add(kind)
+            self.add(time, text)
 
     def follow(self, before: Telemetry, now: Telemetry, time: float) -> None:
         """Note what went wrong between two telemetry messages.

@@ -9,10 +9,14 @@ from collections.abc import Mapping
 from functools import cache
 
 from twbal.core.errors import ConfigError
-from twbal.link.protocol import NEEDED, PoseReport, Sensors, Telemetry, Welcome
+from twbal.link.protocol import NEEDED, WATCHDOG, Clock, PoseReport, Sensors, Telemetry, Welcome
 
 CONTROL_PERIOD_US = 500, 1_000_000
 """Shortest and longest control period that a robot may announce [µs]."""
+
+REAL_TIME_PERIOD_US = 80_000
+"""Longest control period in real time [µs]: two commands, a period apart, must come within the watchdog's 100 ms, and
+line and host are not always equally late."""
 
 MAX_TORQUE = 1000.0
 """Largest torque limit that a robot may announce [N·m]."""
@@ -52,6 +56,11 @@ def odd_announcement(welcome: Welcome) -> str:
     shortest, longest = CONTROL_PERIOD_US
     if not shortest <= welcome.control_period_us <= longest:
         return f"a control period of {welcome.control_period_us} µs (expected {shortest} to {longest})"
+    if welcome.clock is Clock.REAL_TIME and welcome.control_period_us > REAL_TIME_PERIOD_US:
+        return (
+            f"a control period of {welcome.control_period_us} µs in real time (expected at most {REAL_TIME_PERIOD_US}: "
+            f"a command comes once in a period, and its watchdog stops it {1e3 * WATCHDOG:g} ms after the last)"
+        )
     if not 0 < welcome.torque_limit <= MAX_TORQUE:
         return f"a torque limit of {welcome.torque_limit:g} N·m (expected more than 0, at most {MAX_TORQUE:g})"
     if not 0 <= welcome.difference_limit <= 2 * MAX_TORQUE:

@@ -41,6 +41,9 @@ class SerialPlant(Plant):
         robot_name: as announced.
         torque_limit: to which commands are clipped: as announced, or what its motors give at a standstill by the
             largest voltage, if they are sent voltages [N·m].
+        command_limit: the same.
+        difference_limit: to which differences of the wheel torques are clipped, where balancing leaves more: as
+            announced [N·m]; 0: it does not turn.
         clock: lockstep, or real time.
         version: of the protocol that it speaks.
         firmware: number of its build, as announced; 0: unknown.
@@ -353,6 +356,7 @@ class SerialPlant(Plant):
         if self._motor is not None:
             most = 2.0 * min(self._motor.supply, welcome.voltage_limit)
             self.torque_limit = min(self.torque_limit, most * torque_per_voltage(self._motor))
+        self.command_limit, self.difference_limit = self.torque_limit, welcome.difference_limit
         self._limits, self._voltages = WheelLimits(self.torque_limit, welcome.difference_limit), WheelLimits(most, most)
         self.turns = welcome.difference_limit > 0 and not self._on_board
         self.has_yaw_gyro = Sensors.YAW_RATE in welcome.sensors
@@ -371,6 +375,12 @@ class SerialPlant(Plant):
             text = f"command of {command:.3g} N·m clipped to the robot's limit of {self.torque_limit:.3g} N·m"
             self._notes.add(self._elapsed, text)
         done = self._limits.cut(WheelCommands(command, self._difference))
+        if not self._limits.allow(WheelCommands(done.total, self._difference)):
+            text = (
+                f"difference of {self._difference:.3g} N·m clipped to {done.difference:.3g} N·m: the robot's limit is "
+                f"{self.difference_limit:.3g} N·m, and what the command leaves; later ones are not noted"
+            )
+            self._notes.add_once(self._elapsed, "difference", text)
         if self._motor is None:
             return done
         return self._voltages.cut(done.times(1.0 / torque_per_voltage(self._motor)))

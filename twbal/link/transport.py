@@ -3,11 +3,13 @@
 import errno
 import os
 import select
+import socket
 from abc import ABC, abstractmethod
 from contextlib import suppress
 
 import serial
 from serial.tools import list_ports
+from serial.urlhandler import protocol_socket
 
 from twbal.core.errors import ConfigError, LinkError, LinkLostError
 
@@ -70,8 +72,7 @@ class SerialTransport(Transport):
             )
         except (OSError, ValueError, OverflowError) as error:
             raise LinkError(_cannot_open(port, error)) from error
-        is_file = os.name == "posix" and isinstance(self._port, serial.Serial)
-        self._file: int | None = self._port.fileno() if is_file else None  # select() takes it
+        self._file = _file_of(self._port)
         # FTDI adapters hold bytes for up to 16 ms otherwise. What is no serial chip (a pseudo-terminal, a socket) has
         # no such mode and does not need it; pyserial turns its ENOTTY into ValueError.
         with suppress(AttributeError, NotImplementedError, OSError, ValueError):
@@ -95,7 +96,7 @@ class SerialTransport(Transport):
             return b""
         data = os.read(file, _MOST)
         if not data:
-            raise OSError("it says that something came, and has nothing")
+            raise OSError("its other end is gone")
         return data
 
     def write(self, data: bytes) -> None:
@@ -115,6 +116,19 @@ class SerialTransport(Transport):
     def close(self) -> None:
         """Close the port; see `Transport.close`."""
         self._port.close()
+
+
+def _file_of(port: serial.SerialBase) -> int | None:
+    """What select() and read() take; None where there is nothing of that kind.
+
+    Of a socket pyserial never tells more than one byte waiting, and lets small messages wait for one another.
+    """
+    if os.name != "posix":
+        return None
+    if isinstance(port, protocol_socket.Serial):
+        port._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        return int(port._socket.fileno())
+    return int(port.fileno()) if isinstance(port, serial.Serial) else None
 
 
 def serial_ports() -> list[str]:

@@ -85,6 +85,8 @@ class RecordedGamepad(Source):
     def read(self, time: float) -> list[Key | Sticks]:
         """What they ask for by this time; see `Source.read`."""
         found = []
+        if self.lost:
+            return []
         while self._next < len(self._events) and 1e-3 * (self._events[self._next].time - self._first) <= time:
             asked = self._pad.take(self._events[self._next])
             found += [] if asked is None else [asked]

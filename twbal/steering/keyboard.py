@@ -3,13 +3,14 @@
 import os
 import sys
 import termios
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any, Self
 
 from twbal.core.errors import ConfigError
 from twbal.steering.keys import KeyDecoder
 from twbal.steering.request import Key, Sticks
-from twbal.steering.source import Source
+from twbal.steering.source import TERMINAL, Source
 
 _LFLAG, _IFLAG, _CHARACTERS = 3, 0, 6  # of what tcgetattr returns
 _OFF = b"\0"  # in place of a character that means something to the terminal (POSIX: _POSIX_VDISABLE on Linux)
@@ -28,7 +29,7 @@ class Keyboard(Source):
         ConfigError: it is no terminal.
     """
 
-    name = "terminal"
+    name = TERMINAL
 
     def __init__(self, terminal: int | None = None) -> None:
         found = _standard_input() if terminal is None else terminal
@@ -44,9 +45,8 @@ class Keyboard(Source):
         self._before = termios.tcgetattr(self._terminal)
         now = termios.tcgetattr(self._terminal)
         now[_LFLAG] &= ~(termios.ECHO | termios.ICANON)
-        now[_IFLAG] &= ~termios.IXON
         now[_CHARACTERS][termios.VMIN], now[_CHARACTERS][termios.VTIME] = 1, 0
-        now[_CHARACTERS][termios.VSUSP] = now[_CHARACTERS][termios.VQUIT] = _OFF
+        _forget_halting_keys(now)
         termios.tcsetattr(self._terminal, termios.TCSANOW, now)
         return self
 
@@ -55,13 +55,45 @@ class Keyboard(Source):
             termios.tcflush(self._terminal, termios.TCIFLUSH)  # keys that were held down are not for the shell
             termios.tcsetattr(self._terminal, termios.TCSANOW, self._before)
 
-    def lose(self) -> None:
-        """Take it that the terminal is gone."""
-        self.lost = True
-
     def read(self, time: float) -> list[Key | Sticks]:
         """The keys that were pressed; see `Source.read`."""
         return list(self._decoder.feed(self._bytes(self._terminal, 1024), time))
+
+
+@contextmanager
+def without_halting_keys(terminal: int | None = None) -> Iterator[None]:
+    r"""Let a terminal know none of Ctrl-Z, Ctrl-\ and Ctrl-S in the body, while a gamepad steers.
+
+    Nothing is changed where there is no terminal, or where it belongs to another program at present.
+
+    Args:
+        terminal: file descriptor; standard input where None.
+    """
+    found = _standard_input() if terminal is None else terminal
+    if found is None or not os.isatty(found) or not _is_ours(found):
+        yield
+        return
+    before, now = termios.tcgetattr(found), termios.tcgetattr(found)
+    _forget_halting_keys(now)
+    termios.tcsetattr(found, termios.TCSANOW, now)
+    try:
+        yield
+    finally:
+        with suppress(termios.error):  # a terminal that is gone needs nothing
+            termios.tcsetattr(found, termios.TCSANOW, before)
+
+
+def _forget_halting_keys(modes: list[Any]) -> None:
+    modes[_IFLAG] &= ~termios.IXON
+    modes[_CHARACTERS][termios.VSUSP] = modes[_CHARACTERS][termios.VQUIT] = _OFF
+
+
+def _is_ours(terminal: int) -> bool:
+    """Whether this process may set a terminal: one in the background would be halted (SIGTTOU)."""
+    try:
+        return os.tcgetpgrp(terminal) == os.getpgrp()
+    except OSError:  # it is not the terminal that started this process, so it does not halt it
+        return True
 
 
 def _standard_input() -> int | None:

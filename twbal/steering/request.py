@@ -9,6 +9,7 @@ from twbal.core.episode import Event
 TURN_TIME = 0.5
 """A turn ends this long after the last key for it, or as long as keys count [s]: a terminal does not tell of a key that
 is let go."""
+_MOVED = 0.05  # share of a stick's way: less is the unrest of a hand, or of the pad
 _NONE = 1e-9  # of a share
 
 
@@ -75,7 +76,8 @@ class Steering:
     """Follows the keys and sticks of one drive.
 
     A key is only said to be pressed, and a stick to be moved: one that is held still is as silent as a gamepad that is
-    out of range. So silence ends what is asked for, of sticks later than of keys.
+    out of range. So silence ends what is asked for, of sticks later than of keys. From then on, and after a key for
+    rest, a stick asks for something once it has itself been moved, or was in its middle.
 
     Args:
         response: how keys are answered.
@@ -93,6 +95,8 @@ class Steering:
         self.events: list[Event] = []
         self._response = response
         self._by_sticks = False
+        self._sticks = Sticks(0.0, 0.0)  # where they stand
+        self._passed_over: dict[str, float] = {}  # sticks that do not count until they are moved, and where from
         self._heard = self._turned = 0.0  # times of the last input, and of the last for a turn [s]
 
     def take(self, time: float, what: Key | Sticks) -> None:
@@ -107,11 +111,17 @@ class Steering:
         if what is Key.END:
             self.end(time, "ended by a key")
         elif isinstance(what, Sticks):
-            self.asked = SteeringRequest(_within_one(what.speed), _within_one(what.turn))
+            self._sticks = what
+            self.asked = SteeringRequest(self._counted("speed", what.speed), self._counted("turn", what.turn))
         elif what is Key.KEEP:
             self._turned = time
         else:
             self._press(time, what)
+
+    def pass_over(self, sticks: Sticks) -> None:
+        """Take it that the sticks stand so, and that each counts once it is moved."""
+        self._sticks = sticks
+        self._passed_over = {name: share for name, share in sticks._asdict().items() if share}
 
     def end(self, time: float, why: str) -> None:
         """Ask for nothing any more, and have the drive end once the reference is at rest."""
@@ -133,7 +143,16 @@ class Steering:
         """Ask for nothing any more where nothing came for so long [s]."""
         if self.asked != SteeringRequest() and time - self._heard > silence:
             self.asked = SteeringRequest()
+            self.pass_over(self._sticks)
             self.events.append(Event(time, f"{what} for {silence:g} s: the reference goes to rest"))
+
+    def _counted(self, name: str, share: float) -> float:
+        """What a stick asks for: nothing while it stands where it was passed over."""
+        before = self._passed_over.get(name)
+        if before is not None and share and abs(share - before) <= _MOVED:
+            return 0.0
+        self._passed_over.pop(name, None)
+        return _within_one(share)
 
     def _press(self, time: float, key: Key) -> None:
         speed, turn = self.asked
@@ -143,6 +162,7 @@ class Steering:
             turn, self._turned = self._response.turn * (1 if key is Key.LEFT else -1), time
         else:
             speed = turn = 0.0
+            self.pass_over(self._sticks)
         self.asked = SteeringRequest(0.0 if abs(speed) < _NONE else _within_one(speed), turn)
 
 

@@ -6,12 +6,15 @@ from abc import ABC, abstractmethod
 
 from twbal.steering.request import Key, Sticks
 
+TERMINAL = "terminal"
+"""Name of the terminal, as that which was lost."""
+
 
 class Source(ABC):
     """Of what a person asks for.
 
     Attributes:
-        name: for messages.
+        name: for messages; once it is lost, of what is gone.
         lost: whether nothing can come from it any more.
     """
 
@@ -25,6 +28,14 @@ class Source(ABC):
         Args:
             time: since the drive began [s].
         """
+
+    def lose(self, name: str) -> None:
+        """Take it that nothing can come any more.
+
+        Args:
+            name: of what is gone, for messages.
+        """
+        self.name, self.lost = name, True
 
     def _bytes(self, device: int, most: int) -> bytes:
         """At most so many bytes that have come from a device, which is lost where it ends or cannot be read."""

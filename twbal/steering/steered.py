@@ -10,7 +10,7 @@ from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import STILL, Motion
 from twbal.core.plant import Observation
 from twbal.steering.limits import SteeringLimits
-from twbal.steering.request import Key, Steering, SteeringRequest
+from twbal.steering.request import Key, Steering, SteeringRequest, Sticks
 from twbal.steering.source import Source
 
 SETTLING = 2.0
@@ -107,6 +107,8 @@ class SteeredCourse:
         for what in self._source.read(time):
             if self._begun or what is Key.STOP:  # what was pressed before the robot was armed is not for it
                 self.steering.take(time, what)
+            elif isinstance(what, Sticks):
+                self.steering.pass_over(what)
         self._begun = True
         self.steering.wait(time)
         if self._source.lost:

@@ -3,8 +3,7 @@
 import mujoco
 import numpy as np
 
-from twbal.core.engine import dividing_step
-from twbal.core.errors import ConfigError
+from twbal.core.engine import dividing_step, substeps
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
@@ -25,14 +24,14 @@ class MujocoRobot(Plant):
         truth: what it is.
         control_period: [s].
         start: where rollouts begin.
-        physics_step: [s]; divides the control period.
+        physics_step: [s]; the one that is used is the longest that is no longer and divides the control period.
         seed: of start poses and noise.
 
     Attributes:
         push: force at the axle, forward, until it is set to something else [N]; a new rollout begins without.
 
     Raises:
-        ConfigError: the physics step does not divide the control period.
+        ConfigError: the physics step is not positive.
     """
 
     turns = True
@@ -42,10 +41,11 @@ class MujocoRobot(Plant):
     ) -> None:
         self.control_period = control_period
         self.truth = truth
-        self._steps = _steps(control_period, physics_step)
+        self._steps = substeps(control_period, physics_step)
+        step = dividing_step(control_period, physics_step)
         self._start, self._seed = start, seed
-        self._constants = constants(truth, physics_step, control_period)
-        self._model = mujoco.MjModel.from_xml_string(mjcf(truth, physics_step))
+        self._constants = constants(truth, step, control_period)
+        self._model = mujoco.MjModel.from_xml_string(mjcf(truth, step))
         self._data = data = mujoco.MjData(self._model)
         self._buffers = Buffers(
             self._model._address, data._address, data.qpos, data.qvel, data.qfrc_applied, data.xfrc_applied
@@ -91,8 +91,9 @@ class MujocoRobot(Plant):
         place = self._periods % len(m.commands)
         asked = min(max(float(command), -limit), limit), min(max(self._difference, -limit), limit)
         if not self._done:
-            m.begins[place] = 0.0
+            m.begins[place], m.earlier_count[place] = 0.0, 0
         elif asked != (m.commands[place], m.differences[place]):
+            self._keep_earlier(place)
             m.begins[place] = self._done * c.step
         m.commands[place], m.differences[place] = asked
         if end > self._done:
@@ -100,6 +101,16 @@ class MujocoRobot(Plant):
                 c, m, self._buffers, self._periods, self._done, end, self._readout.bias, self.push
             )
             self._done = end
+
+    def _keep_earlier(self, place: int) -> None:
+        """Keep the last command of the period beside another one that comes, unless nothing was driven by it."""
+        m, count, before = self._memory, self._memory.earlier_count[place], (place - 1) % len(self._memory.commands)
+        is_new = (m.commands[place], m.differences[place]) != (m.commands[before], m.differences[before])
+        if m.begins[place] < self._done * self._constants.step and (count or m.begins[place] or is_new):
+            m.earlier_commands[place, count] = m.commands[place]
+            m.earlier_differences[place, count] = m.differences[place]
+            m.earlier_begins[place, count] = m.begins[place]
+            m.earlier_count[place] += 1
 
     def _draw_torque(self) -> None:
         """The random torque on each shaft in the control period that begins."""
@@ -175,19 +186,3 @@ class MujocoRobot(Plant):
         shown = encoders(c, m, self._data.qpos)
         rates = m.rotor_rate if c.is_encoder_on_motor and c.rotor else self._data.qvel[6:8]
         return shown, (np.array(shown) - m.counted) / (c.window * c.step) if c.window else rates
-
-
-def _steps(control_period: float, physics_step: float) -> int:
-    """Physics steps in a control period.
-
-    Raises:
-        ConfigError: there is not a whole number of them, or the physics step is not positive.
-    """
-    advised = dividing_step(control_period, physics_step)
-    count = round(control_period / physics_step)
-    if count < 1 or abs(count * physics_step - control_period) > 1e-9 * control_period:
-        raise ConfigError(
-            f"A control period of {control_period} s is not a whole number of the virtual robot's physics steps of "
-            f"{physics_step} s; try physics_step={advised!r}."
-        )
-    return count

@@ -122,8 +122,8 @@ def drive_steps(
     for step in range(begin, end):
         if step == steps - c.window:
             m.counted[0], m.counted[1] = encoder(c, m, b.qpos, 0), encoder(c, m, b.qpos, 1)
-        half_sum = 0.5 * queued(c, m, m.commands, number * steps + step)
-        half_difference = 0.5 * queued(c, m, m.differences, number * steps + step)
+        half_sum = 0.5 * queued(c, m, m.commands, m.earlier_commands, number * steps + step)
+        half_difference = 0.5 * queued(c, m, m.differences, m.earlier_differences, number * steps + step)
         voltage = supply(c, m)
         for wheel in range(2):
             drive_motor(c, m, wheel, half_sum + (2 * wheel - 1) * half_difference, voltage)

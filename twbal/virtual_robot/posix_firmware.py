@@ -9,6 +9,7 @@ import os
 import select
 import struct
 import subprocess
+import time
 from collections.abc import Sequence
 from math import nan
 from pathlib import Path
@@ -21,6 +22,7 @@ from twbal.virtual_robot.firmware import Identity, measured_by
 _ORDER = struct.Struct("<cIIff")  # `PhysicsOrder`: kind, trial, time [µs], sum and difference of the torques
 _ANSWER = struct.Struct("<14f")  # ten values of `Sensed`, four of a pose: `PhysicsAnswer`
 _LOOK_ROUND = 0.5  # longest wait before looking whether the parent lives [s]
+_STARTS = 10.0  # time in which the program must have said its port [s]
 _GRACE = 2.0  # between asking the program to end and ending it [s]
 
 
@@ -35,7 +37,7 @@ def serve_firmware(program: Path, plant: Plant, identity: Identity, idle_timeout
         parent: process that started this one.
 
     Raises:
-        ConfigError: the program cannot be run, or ended by itself.
+        ConfigError: the program cannot be run, ended by itself, or does not say its port within 10 s.
     """
     try:
         process = subprocess.Popen(
@@ -69,7 +71,13 @@ def _arguments(plant: Plant, me: Identity, idle_timeout: float) -> Sequence[str]
 
 
 def _said(stream: IO[bytes], program: Path) -> str:
-    line = stream.readline().decode(errors="replace").strip()
+    data, end = b"", time.monotonic() + _STARTS
+    while not data.endswith(b"\n") and select.select([stream], [], [], max(end - time.monotonic(), 0.0))[0]:
+        byte = stream.read(1)  # not more: the stream is not buffered, and what follows is not for here
+        if not byte:
+            break
+        data += byte
+    line = data.decode(errors="replace").strip()
     if not line.startswith("port "):
         raise ConfigError(f"The firmware {program} does not start: {line or 'it says nothing'}.")
     return line

@@ -70,6 +70,10 @@ class Memory(NamedTuple):
         commands: ring of the last commands, by number of the control period [N·m].
         differences: ring of the last differences, the right wheel's torque minus the left one's [N·m].
         begins: ring of how late in their periods these begin; those before them go on until then [s].
+        earlier_count: ring of how many commands came earlier in their periods.
+        earlier_commands: (ring, steps of a period) of these [N·m].
+        earlier_differences: (ring, steps of a period) of these [N·m].
+        earlier_begins: (ring, steps of a period) of how late in their periods these begin [s].
         used: of the battery, in seconds at the limit of both motors (1,) [s].
         lagged: torque behind the lag (2,) [N·m].
         torque: of each motor (2,) [N·m].
@@ -85,6 +89,10 @@ class Memory(NamedTuple):
     commands: Array
     differences: Array
     begins: Array
+    earlier_count: Array
+    earlier_commands: Array
+    earlier_differences: Array
+    earlier_begins: Array
     used: Array
     lagged: Array
     torque: Array
@@ -155,10 +163,15 @@ def _share(step: float, time_constant: float) -> float:
 def fresh_memory(c: RobotConstants) -> Memory:
     """That of a robot at rest."""
     ring = int(c.delay / c.period) + 4
+    most = (ring, round(c.period / c.step))
     return Memory(
         commands=np.zeros(ring),
         differences=np.zeros(ring),
         begins=np.zeros(ring),
+        earlier_count=np.zeros(ring, dtype=np.int64),
+        earlier_commands=np.zeros(most),
+        earlier_differences=np.zeros(most),
+        earlier_begins=np.zeros(most),
         used=np.zeros(1),
         lagged=np.zeros(2),
         torque=np.zeros(2),

@@ -9,24 +9,47 @@ _LEAST_SUPPLY = 0.1  # of the full one: a battery does not turn its voltage roun
 
 
 @kernel(is_kept=False)
-def queued(c: RobotConstants, m: Memory, commands: np.ndarray, number: int) -> float:
+def latest(m: Memory, commands: np.ndarray, earlier: np.ndarray, period: int, back: int) -> float:
+    """The command that is `back` before the last of a control period, or the last of the period before [N·m].
+
+    Args:
+        commands: `m.commands` or `m.differences`.
+        earlier: `m.earlier_commands` or `m.earlier_differences`.
+        period: its number; before the first one, commands are 0.
+        back: at most the number of earlier commands in the period, plus one.
+    """
+    place, count = period % len(commands), m.earlier_count[period % len(commands)] if period >= 0 else 0
+    if 0 < back <= count:
+        return float(earlier[place, count - back])
+    period -= back > count
+    return float(commands[period % len(commands)]) if period >= 0 else 0.0
+
+
+@kernel(is_kept=False)
+def queued(c: RobotConstants, m: Memory, commands: np.ndarray, earlier: np.ndarray, number: int) -> float:
     """Mean over physics step `number` of the command that was given a delay before, each held until the next [N·m].
 
     Before the first command it is 0. A command that begins to act within the step counts for the part that it acts.
 
     Args:
         commands: `m.commands` or `m.differences`.
+        earlier: `m.earlier_commands` or `m.earlier_differences`.
     """
     end = number * c.step - c.delay + c.step
     last = int(np.floor(end / c.period - 1e-9))
-    since = end - last * c.period
+    into = since = end - last * c.period
+    back = 0
     if last >= 0:
-        since -= m.begins[last % len(commands)]
-        if since <= 0.0:  # it has not begun, and the one before goes on
-            last -= 1
+        place = last % len(commands)
+        since -= m.begins[place]
+        while since <= 0.0 and back < m.earlier_count[place]:  # it has not begun, and the one before goes on
+            back += 1
+            since = into - m.earlier_begins[place, m.earlier_count[place] - back]
+        if since <= 0.0:  # nor has any of the period
+            last, back = last - 1, 0
             since = c.step
-    acting = commands[last % len(commands)] if last >= 0 else 0.0
-    before = commands[(last - 1) % len(commands)] if last >= 1 else 0.0
+    acting = latest(m, commands, earlier, last, back)
+    before = latest(m, commands, earlier, last, back + 1)
     share = min(since / c.step, 1.0)
     return float(share * acting + (1.0 - share) * before)
 

@@ -68,9 +68,12 @@ public:
         return reached(next_tick_us(), now_us) ? me_.control_period_us : now_us - tick_us_;
     }
 
-    // Bytes of the host.
+    // Bytes of the host. They may have waited while the loop was held: what comes after the watchdog's time is too late.
     void receive(const uint8_t* data, size_t size, uint32_t now_us)
     {
+        if (is_timed()) {
+            watch(now_us);
+        }
         for (size_t k = 0; k < size; ++k) {
             if (reader_.feed(data[k])) {
                 take(now_us);

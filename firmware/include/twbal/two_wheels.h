@@ -140,7 +140,9 @@ private:
     void judge_imu(bool is_odd)
     {
         const uint8_t fewer = lives_ ? MAKES_UP : uint8_t{1};
-        if (is_odd) {
+        if (is_odd && !lives_) {
+            odd_samples_ = FROZEN; // good ones are counted anew
+        } else if (is_odd) {
             odd_samples_ = static_cast<uint8_t>(odd_samples_ + (odd_samples_ < FROZEN));
         } else {
             odd_samples_ = static_cast<uint8_t>(odd_samples_ > fewer ? odd_samples_ - fewer : 0);

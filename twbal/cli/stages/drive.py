@@ -21,7 +21,7 @@ from twbal.cli.policy_check import check_torque
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.robot_link import in_time, robot_link, why_not_turned
-from twbal.cli.signals import on_hang_up, stopped_once
+from twbal.cli.signals import never_suspended, on_hang_up, stopped_once
 from twbal.cli.trial_words import end_in_words
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -39,10 +39,10 @@ from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.policy import Policy
 from twbal.steering.gamepad import gamepad
 from twbal.steering.joystick import Layout
-from twbal.steering.keyboard import Keyboard
+from twbal.steering.keyboard import Keyboard, without_halting_keys
 from twbal.steering.limits import SteeringLimits
 from twbal.steering.pace import Pace
-from twbal.steering.source import Source
+from twbal.steering.source import TERMINAL, Source
 from twbal.steering.status import Display, StatusLine
 from twbal.steering.steered import Moment, SteeredCourse
 from twbal.virtual_robot.process import Launch, launch
@@ -174,21 +174,24 @@ def _live_view(target: str | None, robot: RobotParameters, recording: Path) -> I
 
 @contextmanager
 def _source(asked: str, layout: Layout) -> Iterator[Source]:
-    """Where keys or sticks come from; a terminal that is closed in it ends the drive in good order."""
+    """Where keys or sticks come from; a terminal that is closed ends the drive in good order, and none halts it."""
     with ExitStack() as stack:
-        if asked != KEYBOARD:
-            yield stack.enter_context(gamepad(Path(asked), layout))
-            return
-        keyboard = stack.enter_context(Keyboard())
-        stack.enter_context(on_hang_up(keyboard.lose))
+        source: Source
+        if asked == KEYBOARD:
+            source = stack.enter_context(Keyboard())
+        else:
+            source = stack.enter_context(gamepad(Path(asked), layout))
+            stack.enter_context(without_halting_keys())
+            stack.enter_context(never_suspended())
+        stack.enter_context(on_hang_up(lambda: source.lose(TERMINAL)))
         shown = [stream for stream in (sys.stdout, sys.stderr) if stream.isatty()]
-        stack.callback(_let_go_of_lost_terminal, keyboard, shown)
-        yield keyboard
+        stack.callback(_let_go_of_lost_terminal, source, shown)
+        yield source
 
 
-def _let_go_of_lost_terminal(keyboard: Keyboard, shown: Sequence[TextIO]) -> None:
+def _let_go_of_lost_terminal(source: Source, shown: Sequence[TextIO]) -> None:
     """What is printed later on streams that showed it there goes nowhere, instead of being an error."""
-    if keyboard.lost:
+    if source.lost and source.name == TERMINAL:
         with open(os.devnull, "w") as nowhere:
             for stream in shown:
                 os.dup2(nowhere.fileno(), stream.fileno())
