@@ -2,6 +2,9 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
+
+import yaml
 
 from twbal.cli.manifest import MANIFEST, Manifest, read_manifest
 from twbal.core.episode import Episode
@@ -13,7 +16,19 @@ _NEWEST = 50  # folders that are looked through
 _MOST = 100  # of their recordings that are read
 
 
-def imported_before(manifest: Manifest, out: Path) -> Iterator[str]:
+class ImportedBefore(NamedTuple):
+    """What an earlier import has of this one.
+
+    Attributes:
+        sentence: that says it.
+        is_expected: whether a file was imported again with another mapping, as who mends the mapping does.
+    """
+
+    sentence: str
+    is_expected: bool
+
+
+def imported_before(manifest: Manifest, out: Path) -> Iterator[ImportedBefore]:
     """Sentences on files, or on rows of them, that lie in other folders of imports beside `out`.
 
     Args:
@@ -21,24 +36,34 @@ def imported_before(manifest: Manifest, out: Path) -> Iterator[str]:
         out: its run folder.
     """
     others = _others(out)
-    before = [(folder, {record.sha256 for record in other.inputs.get("files", ())}) for folder, other in others]
+    before = [(folder, other, {r.sha256: r.path for r in other.inputs.get("files", ())}) for folder, other in others]
     known = set()
     for record in manifest.inputs.get("files", ()):
-        if folders := [folder for folder, hashes in before if record.sha256 in hashes]:
+        if found := [(folder, other, paths) for folder, other, paths in before if record.sha256 in paths]:
             known.add(Path(record.path).stem)
-            more = len(folders) - 1
+            more = len(found) - 1
             and_others = f" and {more} other folder{'s' if more > 1 else ''}" if more else ""
-            yield (
-                f"{record.path} has been imported before, into {folders[0]}{and_others}: give later stages one of them "
-                "or this one, as recordings that count twice make a diagnosis too certain"
+            sentence = (
+                f"{record.path} has been imported before, into {found[0][0]}{and_others}: give later stages one of "
+                "them or this one, as recordings that count twice make a diagnosis too certain"
             )
+            is_expected = all(
+                paths[record.sha256] == record.path and _differ_by_mapping(other, manifest) for _, other, paths in found
+            )
+            yield ImportedBefore(sentence, is_expected)
     mine = {
         name: episode
         for name, episode in _episodes(out, manifest)
         if not any(name == k or name.startswith(f"{k}_") for k in known)
     }
     if mine:
-        yield from _same_rows(mine, others)
+        yield from (ImportedBefore(sentence, False) for sentence in _same_rows(mine, others))
+
+
+def _differ_by_mapping(one: Manifest, other: Manifest) -> bool:
+    """Whether the settings of two imports differ by their mapping, and by nothing else."""
+    ours, theirs = (dict(yaml.safe_load(each.settings)) for each in (one, other))
+    return bool(ours.pop("import", None) != theirs.pop("import", None) and ours == theirs)
 
 
 def _same_rows(mine: dict[str, Episode], others: list[tuple[Path, Manifest]]) -> Iterator[str]:

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from twbal.cli.main import main
-from twbal.cli.settings.validate import faults
+from twbal.cli.settings.validate import check, faults
+from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.plant import Observation
 from twbal.io.logs import read_episode
@@ -28,6 +29,13 @@ def test_other_scales_are_refused_and_what_they_may_be_is_said(scale):
     (fault,) = found(scale)
     assert fault.key == "import.quantities.wheel_angle.scale"
     assert "a number from -1e12 to 1e12; or a list of 1 or more" in fault.expected
+
+
+def test_a_decimal_comma_in_braces_is_told_from_a_wrong_name():
+    """Yaml takes {from: gyro, scale: 0,1} for a scale of 0 and an entry 1."""
+    source = {"from": "gyro", "scale": 0, "1": None}
+    with pytest.raises(ConfigError, match=r"import\.quantities\.tilt_rate\.1' \(a decimal comma\? Write 0\.1"):
+        check("import-log", {"import": {"quantities": {"tilt_rate": source}}})
 
 
 @pytest.fixture

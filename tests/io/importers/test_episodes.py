@@ -117,6 +117,18 @@ def test_stamps_in_bunches_become_those_of_an_even_loop_with_a_sentence(brought)
     assert sentences(imported) == sentences(brought(ROWS))
 
 
+def test_a_quantity_that_the_mapping_says_nothing_of_is_no_fault_of_the_log(brought):
+    names = ("time", "tilt", "gyro", *NAMES[3:])
+    with pytest.raises(
+        LogError, match=r"The mapping does not say where tilt_rate is: .* write tilt_rate: null"
+    ) as said:
+        brought(ROWS, names=names)
+    assert "has no column 'tilt_rate'; it has: time, tilt, gyro" in str(said.value)
+    with pytest.raises(LogError, match=r"has no column 'gyr'.* Mend the mapping") as said:
+        brought(ROWS, "import.quantities.tilt_rate={from:gyr}", names=names)
+    assert "does not say where" not in str(said.value)
+
+
 def test_units_signs_means_and_offsets(brought):
     rows = np.column_stack(
         [1e3 * ROWS[:, 0], -np.degrees(ROWS[:, 1]) + 2, ROWS[:, 5] - 0.2, ROWS[:, 5] + 0.2, ROWS[:, 7]]
@@ -561,7 +573,7 @@ BAD = {
     "both of accelerometer_forward and accelerometer_up": "{accelerometer_up:{from:1}}",
     "what the wheels did": "{wheel_angle:null,wheel_rate:null}",
     "either a `command`": "{command:null}",
-    "voltage cannot be in '%'": "{command:null,voltage:{from:1,unit:'%'}}",
+    "voltage in % needs a motor": "{command:null,voltage:{from:1,unit:'%'}}",
     "needs the `motor`": "{command:null,voltage:{from:1}}",
     "a source of `time` or a `rate`": "{time:null}",
     "scale that is not 0": "{tilt:{from:1,scale:0}}",

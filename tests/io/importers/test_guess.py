@@ -165,8 +165,8 @@ def test_whole_numbers_are_percent_where_their_name_says_so(name, largest, unit,
 @pytest.mark.parametrize(
     ("name", "largest", "full"),
     [
-        ("pwm", 115, 255),
-        ("pwm", 300, 400),
+        ("pwm", 254, 255),
+        ("pwm", 400, 400),
         ("pwm", 1000, 1000),
         ("pwm", 1023, 1023),
         ("duty", 0.8, 1),
@@ -182,6 +182,15 @@ def test_a_proposal_has_the_torque_limit_over_the_full_value_worked_out(
     assert found.is_duty and f"scale: {20.0 / full:.6g}}}  # 20 N·m / full duty {full}" in found.mapping
     looked_at(**plain(torque=COLUMN["u"]))
     assert "full duty" not in guess(tmp_path / "log.csv", paper).mapping
+
+
+@pytest.mark.parametrize(
+    ("largest", "asked"), [(225, "255? 400? 1000? "), (300, "400? 1000? 1023? "), (1010, "1023? 4095? 65535? ")]
+)
+def test_a_full_value_that_the_log_does_not_reach_is_asked_for(largest, asked, looked_at, paper, tmp_path):
+    looked_at(**plain(pwm=np.round(largest * COLUMN["u"] / np.abs(COLUMN["u"]).max())))
+    said = f"scale: '???'}}  # torque_limit (20 N·m) / full duty; full duty {asked}the largest seen is {largest}"
+    assert said in guess(tmp_path / "log.csv", paper).mapping
 
 
 @pytest.mark.parametrize("unit", ["ticks", "counts", "steps"])
@@ -609,3 +618,46 @@ def test_rates_of_two_numbered_wheels_are_the_reason_where_no_angle_is_found(loo
     (reason,) = found.open
     assert reason.startswith("wheel_angle (perhaps motor1_encoder_pulses_per_s or motor2_encoder_pulses_per_s")
     assert "rate of the wheels" in reason
+
+
+@pytest.mark.parametrize("of_gyro", [0.1, 1.0])
+def test_hundredths_of_a_degree_are_no_degrees(of_gyro, looked_at):
+    """The gyro's scale is then known beside that of the tilt alone."""
+    pitch, gyro = np.rad2deg(4.0 * COLUMN["tilt"]) / 0.01, np.rad2deg(4.0 * COLUMN["rate"]) / of_gyro
+    mapping, found = looked_at(**{**plain(gyro_y=np.round(gyro), torque=COLUMN["u"]), "tilt": np.round(pitch)})
+    assert mapping["quantities"]["tilt"] == {"from": "tilt", "unit": "deg", "scale": "???"}
+    assert "0.01 if in hundredths of a degree" in found.mapping and "scale of tilt" in found.open
+    assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_y", "unit": "deg/s", "scale": "???"}
+    assert f"about {of_gyro / 0.01:.2g} × the scale of tilt" in found.mapping
+
+
+@pytest.mark.parametrize("middle", [0.0, 90.0, 180.0, 270.0, -180.0])
+def test_a_tilt_that_is_counted_from_elsewhere_is_in_degrees_still(middle, looked_at):
+    mapping, _ = looked_at(**{**plain(torque=COLUMN["u"]), "tilt": middle + 10.0 * np.rad2deg(COLUMN["tilt"])})
+    assert mapping["quantities"]["tilt"] == {"from": "tilt", "unit": "deg"}
+
+
+@pytest.mark.parametrize("counted", [True, False])
+def test_encoders_of_which_one_counts_backward_are_seen(counted, looked_at):
+    turn = 0.1 * np.sin(0.4 * COLUMN["t"])  # the robot turns a little
+    left, right = COLUMN["wheel"] - turn, -(COLUMN["wheel"] + turn)
+    columns = {"enc_l": np.round(500 * left), "enc_r": np.round(500 * right)}
+    if not counted:
+        columns = {"wheel_angle_left_rad": left, "wheel_angle_right_rad": right}
+    mapping, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], torque=COLUMN["u"], **columns)
+    assert mapping["quantities"]["wheel_angle"]["scale"] == ("???" if counted else [1, -1])
+    advice = "write [s, -s] in the place of a scale s" if counted else "hence the two scales"
+    assert f"{list(columns)[1]} counts backward: {advice}" in found.mapping
+
+
+def test_a_robot_that_turns_on_the_spot_has_no_encoder_that_counts_backward(looked_at):
+    swing, turn = 0.2 * np.sin(12.0 * COLUMN["t"]), 2.0 * COLUMN["t"] + np.sin(1.5 * COLUMN["t"])
+    mapping, found = looked_at(
+        time=COLUMN["t"],
+        tilt=COLUMN["tilt"],
+        torque=COLUMN["u"],
+        left_wheel_rad=swing - turn,
+        right_wheel_rad=swing + turn,
+    )
+    assert mapping["quantities"]["wheel_angle"]["from"] == ["left_wheel_rad", "right_wheel_rad"]
+    assert "counts backward" not in found.mapping

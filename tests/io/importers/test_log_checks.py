@@ -97,6 +97,12 @@ def test_a_tilt_that_is_counted_from_hanging_or_from_lying_is_told_with_its_offs
     assert offset is None or f"`offset`: {offset})" in found.sentence
 
 
+def test_a_tilt_of_whole_turns_may_be_in_hundredths_of_a_degree(paper):
+    tilt = 10.0 * np.sin(0.1 * np.arange(300.0))
+    (found,) = tilt_doubts(LogPart(0.01, {"tilt": tilt}, np.zeros(299), {}, False, False, paper))
+    assert "is it in degrees, or in hundredths of a degree, or another column?" in found.sentence
+
+
 def moving(seconds=20.0, period=0.01, seed=5):
     """A log of smooth motions with the noise of sensors: tilt, its rate, the wheels, and the command."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, seconds, period)

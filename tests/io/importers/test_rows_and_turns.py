@@ -129,3 +129,39 @@ def test_a_wheel_that_counts_backward_is_named_by_angles_and_by_rates(right, qua
     found = [doubt.sentence for doubt in side_doubts(part) if doubt.kind is DoubtKind.SIGN]
     assert len(found) == (right < 0)
     assert all("count against each other" in sentence and "[s, -s]" in sentence for sentence in found)
+
+
+def scaled(driven, paper, **factors):
+    """Sentences on the units of a log of that robot, turning to and fro, with quantities a factor too large."""
+    seen, commands = driven
+    time = seen[:, 0]
+    apart = 0.25 * np.sin(0.8 * time) * paper.track / paper.wheel_radius
+    of_angle = factors.get("wheel_angle", 1.0)
+    signals = {name: seen[:, k] for name, k in (("tilt", 1), ("tilt_rate", 2), ("wheel_angle", 4), ("wheel_rate", 5))}
+    signals = {name: factors.get(name, 1.0) * values for name, values in signals.items()}
+    signals["yaw_rate"] = 0.4 * np.cos(0.8 * time)
+    sides = {"wheel_angle": (of_angle * (seen[:, 4] - apart), of_angle * (seen[:, 4] + apart))}
+    part = LogPart(paper.control_period, signals, commands, sides, False, False, paper)
+    return [doubt.sentence for doubt in doubts({"time": time, **signals}, part) if doubt.kind is DoubtKind.UNIT]
+
+
+@pytest.mark.parametrize("factor", [0.25, 0.5, 2.0, 4.0])
+@pytest.mark.parametrize("quantity", ["wheel_angle", "wheel_rate"])
+def test_an_encoder_whose_edges_are_counted_otherwise_is_said_once(factor, quantity, driven, paper):
+    (sentence,) = scaled(driven, paper, **{quantity: factor})
+    of_rate = factor if quantity == "wheel_rate" else 1.0 / factor
+    assert f"wheel_rate is {of_rate:.3g} times as fast as wheel_angle changes" in sentence
+    assert "encoders count 1, 2 or 4 edges a line: is the scale off by that" in sentence
+
+
+def test_a_scale_of_edges_hides_no_wheels_that_are_off_otherwise(driven, paper):
+    both = scaled(driven, paper, wheel_angle=60.0, wheel_rate=15.0)
+    assert len(both) > 1 and any("data sheet" in sentence for sentence in both)
+
+
+def test_wheels_without_a_rate_may_be_off_by_edges(driven, paper):
+    seen, commands = driven
+    signals = {"tilt": seen[:, 1], "tilt_rate": seen[:, 2], "wheel_angle": 4.0 * seen[:, 4]}
+    part = LogPart(paper.control_period, signals, commands, {}, False, False, paper)
+    said = [doubt.sentence for doubt in doubts({"time": seen[:, 0], **signals}, part) if doubt.kind is DoubtKind.UNIT]
+    assert any("encoders count 1, 2 or 4 edges a line" in sentence for sentence in said)

@@ -1,6 +1,6 @@
 """Files that are no text of columns (`formats/`), as columns."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -96,7 +96,7 @@ def _content(path: Path) -> _Content:
     return content
 
 
-def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
+def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = (), unsaid: Collection[str] = ()) -> Columns:
     """Columns of such a file; arguments as of `text_files.read_text`.
 
     Raises:
@@ -107,7 +107,7 @@ def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -
     found = content.of_one_length
     _check_wanted(path, wanted, content, found)
     known = list(names) if names and len(names) == len(found) else list(found)
-    where = places(path, known, len(found), wanted)
+    where = places(path, known, len(found), wanted, unsaid)
     columns = list(found.items())
     values = np.column_stack([columns[k][1].numbers for k in where])
     numbers = np.arange(len(values))

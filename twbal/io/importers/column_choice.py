@@ -13,6 +13,8 @@ from twbal.io.importers.mapping import QUANTITIES, UNITS
 from twbal.io.importers.wraps import time_wrap, turn_of, wraps_round
 
 _LARGEST_TILT = 3.5  # rad; a larger one is in degrees
+_TURNED = 360.0, 240.0  # degrees; a tilt that goes beyond, or through more, is not in them
+_HALF_TURN, _HANGING = 180.0, 150.0  # degrees; nor is one that goes beyond the former, but is mostly below the latter
 _STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _PERIODS = (0.0005, 0.3)  # s; of logs
 _SAID = {
@@ -158,7 +160,18 @@ def unit_of(quantity: str, column: Column) -> Unit:
     for unit in ("deg", "rad") if quantity in ("tilt", "heading") else ():
         if wraps_round(column.values, turn_of(unit)):
             return Unit(unit, f"unit by its jumps of {turn_of(unit):.4g}")
+    if quantity == "tilt" and _is_beyond_degrees(column.values):
+        said = f"its largest value, {largest:.5g}, is none of a tilt in degrees: fill in the scale"
+        return Unit("deg", f"{said}, 0.01 if in hundredths of a degree", is_scaled=False)
     if quantity == "tilt" and largest > _LARGEST_TILT:
         return Unit("deg", f"unit by its largest value, {largest:.3g}")
     unit = QUANTITIES[quantity]
     return Unit(unit, f"UNIT NOT KNOWN, taken as {unit}; the largest value is {largest:.3g}", is_assumed=True)
+
+
+def _is_beyond_degrees(tilt: Array) -> bool:
+    """Whether a tilt that does not wrap is too large for degrees; that of a robot counted from hanging is about 180."""
+    sizes = np.abs(tilt[np.isfinite(tilt)])
+    largest, through = float(sizes.max(initial=0.0)), float(np.nanmax(tilt) - np.nanmin(tilt))
+    is_about_zero = largest > _HALF_TURN and float(np.median(sizes)) < _HANGING
+    return largest > _TURNED[0] or through > _TURNED[1] or is_about_zero

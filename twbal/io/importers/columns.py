@@ -1,6 +1,6 @@
 """Columns of numbers out of a foreign file, whatever its format."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -49,7 +49,9 @@ def file_data(path: Path) -> bytes:
         raise LogError(f"{path} cannot be read: {error.strerror or error}.") from error
 
 
-def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name]) -> list[int]:
+def places(
+    path: Path, names: Sequence[str], count: int, wanted: Sequence[Name], unsaid: Collection[str] = ()
+) -> list[int]:
     """Where the wanted columns are, from 0 on.
 
     Args:
@@ -57,6 +59,7 @@ def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name])
         names: of its columns; empty where it has no header.
         count: of its columns.
         wanted: columns by name or number.
+        unsaid: names that are the quantities' own, as a mapping has them that says nothing of these.
 
     Raises:
         LogError: the file has no such column, or several of that name.
@@ -71,9 +74,15 @@ def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name])
             found.append(_place(path, list(names), name))
         else:
             known = ", ".join(names) if names else f"none by name, but numbers 1 to {count}: it has no header"
+            advice = "Mend the mapping (import=...)"
+            if name in unsaid:
+                advice = (
+                    f"The mapping does not say where {name} is: name its column; if the log has none, write "
+                    f"{name}: null (++import.quantities.{name}=null)"
+                )
             raise LogError(
-                f"{path} has no column {name!r}; it has: {known}. Mend the mapping (import=...), or have one "
-                "proposed by `twbal import-log guess=true`."
+                f"{path} has no column {name!r}; it has: {known}. {advice}, or have one proposed by `twbal import-log "
+                "guess=true`."
             )
     return found
 

@@ -19,6 +19,7 @@ from twbal.core.text import counted
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
+from twbal.io.importers.checks.motor_doubts import stall_doubts, voltage_doubts
 from twbal.io.importers.checks.rates import integral
 from twbal.io.importers.checks.repeated_rows import held_doubts
 from twbal.io.importers.columns import Columns
@@ -82,7 +83,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         LogError: it cannot be read; the message says where and why.
     """
     read = read_text if reader_of(path) is None else read_arrays
-    columns = read(path, mapping.wanted, mapping.names)
+    columns = read(path, mapping.wanted, mapping.names, mapping.unsaid)
     usable = usable_rows(path, _with_last_command(columns, mapping), mapping)
     columns, mapping = usable.columns, usable.mapping
     signals = mapping.signals(columns)
@@ -123,7 +124,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     looked_at = looked_at._replace(is_sampled=looked_at.is_sampled or usable.has_means)
     steps = Curves(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
     found = [Doubt(DoubtKind.TIME, "time", sentence, steps) for sentence in odd]
-    found += [*usable.doubts, *_of_one_wheel(mapping), *held_doubts(looked_at, every)]
+    found += [*usable.doubts, *_of_drive(mapping, signals, looked_at), *held_doubts(looked_at, every)]
     found += with_ranges(list(doubts(signals, looked_at)), columns, mapping)
     untold = tuple(doubt.sentence for doubt in found if doubt.kind is DoubtKind.UNTOLD)
     doubted = tuple(doubt for doubt in found if doubt.kind is not DoubtKind.UNTOLD)
@@ -214,8 +215,12 @@ def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:
     return columns._replace(values=values)
 
 
-def _of_one_wheel(mapping: LogMapping) -> Iterator[Doubt]:
-    """A doubt about a command that is the mean of two torques, where their sum is meant."""
+def _of_drive(mapping: LogMapping, signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
+    """Doubts about voltages and their motor, and about a command that is the mean of two torques, not their sum."""
+    if mapping.motor is not None and "voltage" in signals:
+        is_duty = mapping.quantities["voltage"].is_duty
+        yield from voltage_doubts(signals["voltage"], mapping.motor, is_duty, part.period)
+        yield from stall_doubts(part, mapping.motor)
     source = mapping.quantities.get("command")
     if source is not None and len(source.columns) == 2 and abs(source.factors[0]) in UNITS["N·m"].values():
         left, right = source.columns

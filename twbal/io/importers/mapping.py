@@ -67,12 +67,14 @@ class QuantitySource:
         factors: SI units for one of each column's, with the sign.
         offset: added afterwards, in SI units.
         wraps: range after which the columns jump back, in their own numbers; None: they do not.
+        is_duty: whether they are duty cycles in percent of the motor's supply.
     """
 
     columns: tuple[Name, ...]
     factors: tuple[float, ...]
     offset: float
     wraps: float | None = None
+    is_duty: bool = False
 
     def signal(self, values: Array) -> Array:
         """(n, m) columns in SI units, of (n, m) columns as they are written."""
@@ -142,6 +144,13 @@ class Mapping:
         """The columns of all sources, in order."""
         return [column for source in self.quantities.values() for column in source.columns]
 
+    @property
+    def unsaid(self) -> frozenset[str]:
+        """Quantities whose column has their own name, as in the mapping `columns`, from which others take the rest."""
+        return frozenset(
+            name for name, source in self.quantities.items() if source == QuantitySource((name,), (1.0,), 0.0)
+        )
+
     def signals(self, columns: Columns) -> dict[str, Array]:
         """The quantities in SI units, (n,) each, from the columns that `wanted` names.
 
@@ -198,6 +207,11 @@ def _source(name: str, entry: Any, supply: float | None) -> QuantitySource:
     known = dict(UNITS[QUANTITIES[name]])
     if name == "voltage" and supply is not None:
         known[PERCENT] = supply / 100
+    elif name == "voltage" and unit == PERCENT:
+        raise ConfigError(
+            "A voltage in % needs a motor (supply, resistance, torque_constant, gear): fill in `motor`, or map the "
+            "duty cycle to `command` and write voltage: null (docs/import.md)."
+        )
     if unit not in known:
         raise ConfigError(f"{name} cannot be in {unit!r}; it can be in: {', '.join(known)}.")
     columns = entry["from"] if isinstance(entry["from"], list | tuple) else [entry["from"]]
@@ -217,4 +231,5 @@ def _source(name: str, entry: Any, supply: float | None) -> QuantitySource:
     wraps = None if entry.get("wraps") is None else float(entry["wraps"])
     if wraps is not None and not (np.isfinite(wraps) and wraps > 0.0):
         raise ConfigError(f"`wraps` of {name} is the range after which a column jumps back; found {wraps}.")
-    return QuantitySource(tuple(columns), tuple(each * known[unit] for each in scales), offset, wraps)
+    factors = tuple(each * known[unit] for each in scales)
+    return QuantitySource(tuple(columns), factors, offset, wraps, unit == PERCENT)

@@ -10,6 +10,7 @@ from twbal.io.importers.all_columns import Column
 from twbal.io.importers.bunched_stamps import bunches_of
 from twbal.io.importers.column_choice import choose, unit_of
 from twbal.io.importers.mapping import UNITS
+from twbal.io.importers.mirrored_wheels import run_against_each_other
 from twbal.io.importers.time_choice import time_choice
 from twbal.io.importers.wraps import angle_wrap, counter_wrap, time_wrap, unwrapped
 
@@ -49,10 +50,10 @@ def seconds_of(columns: Sequence[Column]) -> Array | None:
 def wheel_path(columns: Sequence[Column]) -> WheelPath | None:
     """What encoders say, as an angle, a distance or a pose; None where a log has none of these for certain."""
     if angle := choose("wheel_angle", columns).columns:
-        return WheelPath(_mean([straight("wheel_angle", column) for column in angle]), names_of(angle))
+        return WheelPath(_mean(_mended([straight("wheel_angle", column) for column in angle])), names_of(angle))
     if distance := choose("distance", columns).columns:
         ways = [unwrapped(column.values, counter_wrap(column.values)) for column in distance]
-        return WheelPath(_mean(ways), names_of(distance))
+        return WheelPath(_mean(_mended(ways)), names_of(distance))
     pose = [choose(name, columns).columns for name in ("x", "y", "heading")]
     if not all(pose):
         return None
@@ -66,6 +67,13 @@ def wheel_path(columns: Sequence[Column]) -> WheelPath | None:
 def straight(quantity: str, column: Column) -> Array:
     """(n,) an angle without jumps at the end of its range, in its own unit."""
     return unwrapped(column.values, angle_wrap(column.values, unit_of(quantity, column).unit))
+
+
+def _mended(ways: Sequence[Array]) -> Sequence[Array]:
+    """What encoders say, both forward where one of two counts backward."""
+    if len(ways) == 2 and run_against_each_other(*ways):
+        return ways[0], -ways[1]
+    return ways
 
 
 def _mean(values: Sequence[Array]) -> Array:

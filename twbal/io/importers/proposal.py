@@ -6,7 +6,9 @@ import numpy as np
 
 from twbal.io.importers.all_columns import Column
 from twbal.io.importers.column_choice import Unit, counts, unit_of
+from twbal.io.importers.duty_torque import FullDuty
 from twbal.io.importers.mapping import QUANTITIES, UNITS
+from twbal.io.importers.mirrored_wheels import run_against_each_other
 from twbal.io.importers.wraps import angle_wrap, counter_wrap, time_wrap, unwrapped
 
 OPEN = "'???'"
@@ -24,7 +26,7 @@ class Proposal:
         self.open: list[str] = []
         self.unknown_units: list[str] = []
         self.motor = False
-        self.duty: tuple[str, float] | None = None
+        self.duty: tuple[str, FullDuty] | None = None
 
     def take(
         self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "", by_others: Unit | None = None
@@ -41,8 +43,16 @@ class Proposal:
             said = ""
         elif is_assumed:
             self.unknown_units.append(quantity)
+        wrap = _wrap_of(quantity, columns, unit)
+        if _are_mirrored(quantity, columns, wrap):
+            last = columns[-1].name or f"column {columns[-1].source}"
+            advice = "write [s, -s] in the place of a scale s" if scale else "hence the two scales"
+            scale, said = (
+                scale or "[1, -1]",
+                "; ".join(text for text in (said, f"{last} counts backward: {advice}") if text),
+            )
         scaled = f", scale: {scale}" if scale else ""
-        if wrap := _wrap_of(quantity, columns, unit):
+        if wrap:
             scaled += f", wraps: {wrap:.10g}"
             said = "; ".join(text for text in (said, "it begins anew at the end of its range") if text)
             if quantity == "tilt" and (origin := _origin(columns[0], wrap, unit)):
@@ -88,3 +98,12 @@ def _origin(column: Column, wrap: float, unit: str) -> float:
     middle = UNITS["rad"][unit] * float(np.nanmedian(unwrapped(column.values, wrap)))
     quarters = int(np.round(middle / _QUARTER)) % 4
     return _QUARTER * (quarters if quarters < 3 else -1)
+
+
+def _are_mirrored(quantity: str, columns: Sequence[Column], wrap: float | None) -> bool:
+    """Whether columns are of two wheels, one of which counts backward."""
+    if len(columns) != 2 or quantity not in ("wheel_angle", "distance", "wheel_rate"):
+        return False
+    ways = [unwrapped(column.values, wrap) for column in columns]
+    left, right = (np.nancumsum(way) for way in ways) if quantity == "wheel_rate" else ways
+    return run_against_each_other(left, right)

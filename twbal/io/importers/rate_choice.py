@@ -24,12 +24,13 @@ _ALIKE = 0.8  # correlation of sums and changes, from which on they are of one m
 
 
 class _Turned(NamedTuple):
-    """An angle over time: [s], [rad]; whether its unit is assumed; what it is called."""
+    """An angle over time: [s], [rad]; whether its unit is assumed; what it is called; whether it needs no scale."""
 
     time: Array
     angle: Array
     is_assumed: bool
     name: str
+    is_scaled: bool
 
 
 def rate_choice(rate: str, columns: Sequence[Column]) -> tuple[ColumnChoice, str]:
@@ -52,6 +53,8 @@ def unit_by_angle(rate: str, columns: Sequence[Column], others: Sequence[Column]
     angle = _angle_of(rate, others)
     if columns[0].meaning.unit:
         return None
+    if rate == "tilt_rate" and angle is not None and not angle.is_scaled:
+        return _by_scale_of(angle, columns[0])
     if rate in _OF_GYRO and (angle is None or rate == "tilt_rate") and is_raw(columns[0]):
         return _raw(angle, columns[0])
     if angle is None:
@@ -78,6 +81,15 @@ def are_alike(one: Column, other: Column) -> bool:
     return not other.meaning.unit and set(one.meaning.stem) - _AXES == set(other.meaning.stem) - _AXES
 
 
+def _by_scale_of(angle: _Turned, rate: Column) -> Unit | None:
+    """The unit of a gyro whose angle is to be scaled: its scale is a multiple of that one; None where none is seen."""
+    sums = _sums_of(angle.time, angle.angle, rate.values)
+    if not sums.are_alike:
+        return _raw(None, rate) if is_raw(rate) else None
+    ratio = np.degrees(sums.size)
+    return Unit("deg/s", f"fill in the scale: about {ratio:.2g} × the scale of {angle.name}", is_scaled=False)
+
+
 def _raw(angle: _Turned | None, rate: Column) -> Unit:
     """The unit of whole numbers: degrees a second, or else counts, of which a data sheet tells the scale."""
     sums = _sums_of(angle.time, angle.angle, rate.values) if angle else None
@@ -96,9 +108,9 @@ def _angle_of(rate: str, columns: Sequence[Column]) -> _Turned | None:
     angle, seconds = choose(name, columns).columns, seconds_of(columns)
     if not angle or seconds is None or counts(name, angle[0]):
         return None
-    unit, _, is_assumed, _ = unit_of(name, angle[0])
+    unit, _, is_assumed, is_scaled = unit_of(name, angle[0])
     turned = UNITS["rad"][unit] * np.mean([straight(name, each) for each in angle], axis=0)
-    return _Turned(seconds, turned, is_assumed, " and ".join(each.name for each in angle))
+    return _Turned(seconds, turned, is_assumed, " and ".join(each.name for each in angle), is_scaled)
 
 
 class _Sums(NamedTuple):

@@ -2,7 +2,7 @@
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -53,7 +53,7 @@ class _Rows(NamedTuple):
     cut: int = -1
 
 
-def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
+def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = (), unsaid: Collection[str] = ()) -> Columns:
     """Columns of a text file; times of day become seconds from the first.
 
     A last line that was cut off is left out, and so are few lines that are torn. Fields that are empty, say that a
@@ -63,6 +63,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
         path: of the file.
         wanted: which columns.
         names: of all columns, where the file has no header and the mapping knows them.
+        unsaid: as of `columns.places`.
 
     Raises:
         LogError: the file cannot be read; the message says in which line and why.
@@ -71,7 +72,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     lines, layout = text.lines, layout_of(path, text)
     if any(isinstance(name, str) and not name.isdigit() for name in wanted):
         check_names(path, layout, names)
-    where = places(path, layout.names or tuple(names), layout.width, wanted)
+    where = places(path, layout.names or tuple(names), layout.width, wanted, unsaid)
     rows = _rows(path, lines, layout)
     notes = [*text.notes, *_notes(rows, layout)]
     values, more = _numbers(path, [lines[row] for row in rows.kept], layout, where, rows.kept)

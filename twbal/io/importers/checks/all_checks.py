@@ -57,9 +57,10 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     of_motion = list(_of_motion(part))
     if not any(doubt.kind is DoubtKind.UNIT and doubt.quantity in ("tilt", "tilt_rate") for doubt in of_motion):
         yield from lying_part_doubts(part)  # in degrees, a small tilt looks like that of one that lies
-    yield from one_way_doubts(part)
+    one_way = list(one_way_doubts(part))
+    yield from one_way
     yield from torque_doubts(part)
-    yield from of_motion
+    yield from (doubt for doubt in of_motion if not (one_way and doubt.quantity == "command"))
 
 
 def _of_motion(part: LogPart) -> Iterator[Doubt]:
@@ -80,7 +81,8 @@ def _of_motion(part: LogPart) -> Iterator[Doubt]:
     differ = any(pair.angle == "tilt" and (pair.has_wrong_sign or pair.is_unrelated) for pair in pairs)
     blamed = _to_blame(by_gyro, by_tilt) if differ and "tilt_rate" in part.signals else ""
     found = by_tilt if blamed == "tilt_rate" else by_gyro
-    of_sides = list(side_doubts(part))
+    is_of_edges = any(pair.is_of_edges for pair in pairs)  # by which turns of the wheels are off, too
+    of_sides = [doubt for doubt in side_doubts(part) if not (is_of_edges and doubt.kind is DoubtKind.UNIT)]
     yield from of_sides
     sides = [doubt for doubt in of_sides if doubt.kind is not DoubtKind.UNTOLD]
     motion = [] if any(doubt.kind is DoubtKind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))

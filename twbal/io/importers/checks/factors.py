@@ -11,18 +11,28 @@ _KNOWN = {
     100.0: "a hundredth (%, cm, Ncm) is taken for the whole, or the other way round",
     2.0: "a sum is taken for a mean, or the other way round",
 }
+_EDGES = 2.0, 4.0
+OF_EDGES = "encoders count 1, 2 or 4 edges a line"
+"""Why wheels may be off by a factor of 2 or 4."""
 _NEAR = 0.2  # of the logarithm
 
 
-def guessed_reason(factor: float, near: float = _NEAR) -> str:
+def is_of_edges(factor: float) -> bool:
+    """Whether a factor, larger or smaller than 1, is about that between numbers of an encoder's edges that count."""
+    return factor > 0.0 and min(abs(abs(log(factor)) - log(edges)) for edges in _EDGES) < _NEAR
+
+
+def guessed_reason(factor: float, near: float = _NEAR, is_of_wheels: bool = False) -> str:
     """What makes a quantity wrong by a factor, in brackets; "" where nothing known does.
 
     Args:
         factor: one that is not positive has no reason.
         near: largest distance of its logarithm from that of a known one.
+        is_of_wheels: whether the scale of an encoder may be off.
     """
     if factor <= 0.0:
         return ""
     size = abs(log(factor))
-    distance, reason = min((abs(size - log(known)), reason) for known, reason in _KNOWN.items())
+    edges = dict.fromkeys(_EDGES, f"the scale is that of another number of edges: {OF_EDGES}") if is_of_wheels else {}
+    distance, reason = min((abs(size - log(known)), reason) for known, reason in (_KNOWN | edges).items())
     return f" (as if {reason})" if distance < near else ""

@@ -9,6 +9,8 @@ from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.wheel_sides import SCALE_OF_EACH
 
+BEYOND = 3.0
+"""Times the torque limit, from which a command is none: sheets often have less than the stall torque."""
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _LYING_TIME = 0.3  # s, from which on that is no sample that is off
 _UPRIGHT = 0.2  # rad; a robot that tilts less after it lay may balance
@@ -17,10 +19,10 @@ _STILL = 0.15  # rad by which the tilt of a robot that lies changes at most
 _WHOLE_TURN = 6.3  # rad; no tilt is more
 _PERIODS = (0.0005, 0.3)  # s; of what balances
 _ONE_WAY = 0.995  # share of the commands of one sign from which a drive has none
-_BEYOND = 3.0  # times the torque limit, from which a command is none: sheets often have less than the stall torque
 _SMOOTH, _SMOOTHER = 0.02, 0.25  # noise per standard deviation, of itself and per that of the tilt rate
 _NOISY = 0.01  # noise per standard deviation of a tilt rate, from which it is no smooth motion
-_SPREAD = 1.5  # standard deviations that the mean of such commands is from zero at least
+_SPREAD = 1.5  # standard deviations from zero of the mean of commands of one sign that are about a value of their own
+_BACK = 0.1  # share of the way that tilt and wheels must go back, so that a drive of one sign cannot be
 
 
 def constant_doubts(signals: Mapping[str, Array], sides: Mapping[str, tuple[Array, Array]]) -> Iterator[Doubt]:
@@ -48,7 +50,7 @@ def period_doubts(part: LogPart) -> Iterator[Doubt]:
 def torque_doubts(part: LogPart) -> Iterator[Doubt]:
     """A sentence on commands far beyond what the robot's motors can give."""
     largest = float(np.abs(part.commands).max(initial=0.0))
-    if part.robot is not None and largest > _BEYOND * part.robot.torque_limit:
+    if part.robot is not None and largest > BEYOND * part.robot.torque_limit:
         sentence = (
             f"the command reaches {largest:.3g} N·m, and the sheet of robot {part.robot.name!r} has a torque_limit of "
             f"{part.robot.torque_limit:.3g} N·m: is it no torque (a voltage or duty cycle belongs to `voltage`), or is "
@@ -68,9 +70,10 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
         origin = float(np.round(middle / (0.5 * np.pi)) * 0.5 * np.pi)
         elsewhere = f", or is it counted from {np.degrees(origin):.0f}° (mend `offset`: {-origin:.4g})"
         is_elsewhere = origin != 0.0 and np.abs(tilt - origin).max() < _LYING
+        hundredths = "or in hundredths of a degree, " if np.abs(tilt).max() > _WHOLE_TURN else ""
         sentence = (
             f"the tilt goes from {tilt.min():.3g} to {tilt.max():.3g} rad, which no robot that balances does: is it in "
-            f"degrees, or another column{elsewhere if is_elsewhere else ''}?"
+            f"degrees, {hundredths}or another column{elsewhere if is_elsewhere else ''}?"
         )
         yield Doubt(DoubtKind.UNIT, "tilt", sentence, evidence)
     else:
@@ -116,12 +119,29 @@ def smooth_command_doubts(part: LogPart) -> Iterator[Doubt]:
 
 
 def one_way_doubts(part: LogPart) -> Iterator[Doubt]:
-    """A sentence on commands of one sign: who balances must drive both ways."""
+    """A sentence on commands of one sign: who balances must drive both ways.
+
+    The size of a command comes down to zero again and again. So does that of a robot that only falls or rolls away,
+    which is right: there, tilt and wheels go one way, too.
+    """
     commands = part.commands
     spread = float(np.std(commands))
-    one_way = max(float(np.mean(commands >= 0.0)), float(np.mean(commands <= 0.0)))
-    if spread and one_way > _ONE_WAY and abs(float(commands.mean())) > _SPREAD * spread:
+    shares = {"negative": float(np.mean(commands >= 0.0)), "positive": float(np.mean(commands <= 0.0))}
+    lacks = max(shares, key=lambda sign: shares[sign])
+    if not spread or shares[lacks] <= _ONE_WAY:
+        return
+    if abs(float(commands.mean())) > _SPREAD * spread or _go_back_and_forth(part):
         sentence = (
-            "the command never changes its sign: is it a battery's voltage, or a duty cycle without its direction?"
+            f"the command is {'never' if shares[lacks] == 1.0 else 'hardly ever'} {lacks}: is it the size of a duty "
+            "cycle, whose direction stands in another column, or a battery's voltage? Or has it an offset (0..255 with "
+            "rest at 128)?"
         )
         yield Doubt(DoubtKind.COLUMN, "command", sentence, Curves(part.period, commands, "command [N·m]"))
+
+
+def _go_back_and_forth(part: LogPart) -> bool:
+    """Whether tilt and wheels both go a good part of their way in either direction."""
+    signals = part.signals
+    wheels = np.diff(signals["wheel_angle"]) if "wheel_angle" in signals else signals["wheel_rate"]
+    both = np.diff(signals["tilt"]), wheels
+    return all(min(np.maximum(way, 0.0).sum(), np.maximum(-way, 0.0).sum()) > _BACK * np.abs(way).sum() for way in both)

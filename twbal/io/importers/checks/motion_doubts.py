@@ -42,7 +42,7 @@ def motion_doubts(part: LogPart, found: Mechanics, pairs: Sequence[RateAgreement
         return
     sheet = expected(part.robot)
     yield from _coupling_doubts(part, found, sheet, pairs)
-    yield from _command_doubts(part, found, sheet)
+    yield from _command_doubts(part, found, sheet, pairs)
 
 
 def _sign_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
@@ -82,9 +82,12 @@ def _coupling_doubts(
         sentence = "wheels and tilt seem to move against mechanics: has one of them the wrong sign?"
         yield Doubt(DoubtKind.SIGN, _blamed(pairs), sentence, evidence)
     elif high < 1.0 / _SHEET or low > _SHEET:
+        if _is_of_edges(ratio, pairs):
+            return
         sentence = (
             f"the wheels answer the tilt {ratio:.3g} times as strongly as the data sheet of {name} says"
-            f"{guessed_reason(ratio, log(_SHEET))}: is the unit of tilt or wheels wrong, or the data sheet?"
+            f"{guessed_reason(ratio, log(_SHEET), is_of_wheels=True)}: is the unit of tilt or wheels "
+            "wrong, or the data sheet?"
         )
         yield Doubt(DoubtKind.UNIT, _blamed(pairs), sentence, evidence)
     elif not any(pair.agrees for pair in pairs):
@@ -95,6 +98,11 @@ def _coupling_doubts(
                 f"time wrong, or the data sheet of {name}?"
             )
             yield Doubt(DoubtKind.TIME, "time", sentence, evidence)
+
+
+def _is_of_edges(ratio: float, pairs: Sequence[RateAgreement]) -> bool:
+    """Whether a scale of the encoders that their rate contradicts, which is said there, explains wheels so strong."""
+    return any(pair.is_of_edges and 1.0 / _SHEET < ratio * pair.factor < _SHEET for pair in pairs)
 
 
 def time_factor(found: Mechanics, sheet: Expected) -> tuple[float, float]:
@@ -114,7 +122,9 @@ def _blamed(pairs: Sequence[RateAgreement]) -> str:
     return "tilt" if "wheel_angle" in good and "tilt" not in good else "wheel_angle" if "tilt" in good else ""
 
 
-def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterator[Doubt]:
+def _command_doubts(
+    part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[RateAgreement]
+) -> Iterator[Doubt]:
     """A command that does much more or much less than its torque can."""
     name = part.robot.name if part.robot else ""
     effects = [
@@ -139,6 +149,8 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
         )
         yield Doubt(DoubtKind.COLUMN, "command", sentence, evidence)
     elif value + half < 1.0 / _RUBBED or value - half > _SHEET:
+        if fit is found.wheels and _is_of_edges(value, pairs):
+            return
         sentence = (
             f"the robot answers the command {value:.3g} times as strongly as the data sheet of {name} says"
             f"{guessed_reason(max(value, 1e-12), log(_SHEET)) if value > 0 else ''}: is its unit or scale wrong, or is "

@@ -9,7 +9,7 @@ from twbal.core.block_regression import regression
 from twbal.core.gaussian import Array
 from twbal.core.smoothed_derivatives import noise_sd
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
-from twbal.io.importers.checks.factors import guessed_reason
+from twbal.io.importers.checks.factors import OF_EDGES, guessed_reason, is_of_edges
 
 PAIRS = {"tilt": "tilt_rate", "wheel_angle": "wheel_rate", "heading": "yaw_rate"}
 """Angles and their rates."""
@@ -77,6 +77,12 @@ class RateAgreement(NamedTuple):
         likeness = abs(self.correlation) / np.sqrt(max(self.clarity * self.rate_clarity, 1e-9))
         differs = self.has_wrong_sign or self.has_wrong_scale
         return bool(self.angle == "wheel_angle" and differs and likeness < _ONE_SENSOR)
+
+    @property
+    def is_of_edges(self) -> bool:
+        """Whether wheels and their rate are off by the factor of an encoder's edges that count."""
+        is_scale = self.angle == "wheel_angle" and self.has_wrong_scale and not self.is_of_another_sensor
+        return is_scale and is_of_edges(self.factor)
 
     @property
     def agrees(self) -> bool:
@@ -180,6 +186,12 @@ def rate_doubts(found: Sequence[RateAgreement], to_blame: Mapping[str, str]) -> 
                 "the unit of time wrong, or the scale of one of them?"
             )
             yield Doubt(DoubtKind.TIME, "time", sentence, pair.evidence)
+        elif pair.is_of_edges:
+            sentence = (
+                f"wheel_rate is {pair.factor:.3g} times as fast as wheel_angle changes; {OF_EDGES}: is the scale off "
+                "by that, or is the time base wrong?"
+            )
+            yield Doubt(DoubtKind.UNIT, wrong or pair.rate, sentence, pair.evidence)
         elif pair.has_wrong_scale:
             reason = guessed_reason(pair.factor)
             column = "" if reason else " or from another column"
