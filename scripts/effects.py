@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from twbal.effects.effects_page import page
-from twbal.effects.library import library
+from twbal.effects.library import all_effects, library
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "effects.md"
@@ -42,6 +42,10 @@ def with_count(name: str, text: str, count: int) -> str:
 
 if __name__ == "__main__":
     PAGE.write_text(page())
+    print(
+        f"Wrote docs/{PAGE.name} with {len(all_effects())} effects, and that a diagnosis knows {len(library())} into:"
+    )
     for name in COUNTS:
         text = (ROOT / name).read_text()
         (ROOT / name).write_text(with_count(name, text, len(library())))
+        print(f"  {name}")

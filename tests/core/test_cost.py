@@ -1,3 +1,4 @@
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -115,3 +116,37 @@ def test_widths_go_by_name_and_past_commands_by_the_torque_limit():
 def test_a_cost_without_a_positive_width_is_refused(widths):
     with pytest.raises(ConfigError, match="positive widths, at least one of them for the state tilt, tilt_rate; found"):
         cost_over(("tilt", "tilt_rate"), widths, None, 20.0)
+
+
+def test_lists_and_whole_numbers_become_double_precision_and_arrays_stay_what_they_are():
+    cost = SaturatingCost([0, 1], np.array([1, 2]), [0.0, 1.0])
+    assert all(each.dtype == np.float64 for each in (cost.target, cost.widths, cost.change))
+    assert SaturatingCost(COST.target, COST.widths).widths is COST.widths
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        (([0.0], [1.0, 2.0]), r"SaturatingCost has a target of shape \(1,\) and widths of shape \(2,\); expected"),
+        ((0.0, 1.0), r"has a target of shape \(\) and widths of shape \(\)"),
+        (([0.0, 0.0], [1.0, 0.0]), r"has the widths \[1\.0, 0\.0\]; expected are positive numbers"),
+        (([0.0], [-1.0]), r"has the widths \[-1\.0\]"),
+        (([0.0], [float("nan")]), r"has the widths \[nan\]"),
+        (([0.0], ["wide"]), r"widths of SaturatingCost must be a number or an array of numbers; found \['wide'\]"),
+        (([0.0], [1.0], [1.0, 2.0]), r"has a change of shape \(2,\); expected is that of its widths, \(1,\)"),
+    ],
+)
+def test_fields_that_no_cost_can_have_are_refused(fields, said):
+    with pytest.raises(ConfigError, match=said):
+        SaturatingCost(*fields)
+
+
+def test_further_numbers_reach_the_class_as_arrays():
+    @dataclass(frozen=True, eq=False)
+    class Shared(SaturatingCost):
+        share: np.ndarray = field(default_factory=lambda: np.array(1.0))
+
+    cost = Shared.over(("tilt",), {"tilt": 0.25}, None, 20.0, share=0.5)
+    assert cost.share.shape == () and cost.share.dtype == np.float64 and cost.numbers.share.item() == 0.5
+    with pytest.raises(ConfigError, match=r"Shared has no field 'part' beside target and widths; it has change, share"):
+        Shared.over(("tilt",), {"tilt": 0.25}, None, 20.0, part=0.5)

@@ -17,7 +17,7 @@ ACTUATORS = [name for name, effect in library().items() if issubclass(effect, Ac
 def test_every_effect_that_can_be_named_is_found_and_the_sensors_noise_is_none_of_them():
     found = library()
     files = {path.stem for path in Path(twbal.effects.__file__).parent.glob("*.py")}
-    assert set(all_effects()) == files - {"__init__", "effect", "library", "effects_page", "parameter"}
+    assert set(all_effects()) == files - {"__init__", "definition", "effect", "library", "effects_page", "parameter"}
     assert {"coulomb_friction", "imu_delay", "wheel_slip"} < set(found)
     assert "sensor_noise" not in found
 

@@ -116,7 +116,8 @@ def make_task():
     def make(*models, seed=0, **told):
         D = len(models[0].channels.names)
         start = Gaussian(np.array([-0.17, 0.0, 0.0, 0.0])[:D], np.diag(START_SD[:D]) ** 2)
-        cost = SaturatingCost(np.zeros(D), WIDTHS[:D])
+        free = np.full(max(D - len(WIDTHS), 0), np.inf)
+        cost = SaturatingCost(np.zeros(D), np.append(WIDTHS[:D], free))
         return Task(models, start, cost, replace(SETTINGS, **told), VALIDATION, seed)
 
     return make

@@ -125,29 +125,18 @@ def effects_in(path: Path) -> dict[str, dict[str, float]]:
     return {name: {key: value for key, value in node.items() if key != "_target_"} for name, node in effects.items()}
 
 
-def physics_step_in(path: Path) -> float | None:
-    """The physics step of a simulation in a file [s]; None where it says none.
-
-    Raises:
-        ConfigError: the file is not there, or holds no simulation.
-    """
-    step, _, _ = _read(path)
-    return float(step[0].partition("=")[2]) if step else None
-
-
 def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: float, robot: str, title: str) -> str:
     """The text of such a file.
 
     Args:
         effects: values by names of effects and parameters.
-        physics_step: of the integrator [s].
+        physics_step: of the integrator [s]; one beyond what such a file may have is cut to that.
         robot: name of the robot that it is made for.
         title: stands above, as a comment.
     """
     values = {name: {key: float(value) for key, value in own.items()} for name, own in effects.items()}
-    written: str = OmegaConf.to_yaml(
-        OmegaConf.create({"robot": robot, "physics_step": physics_step, "effects": values})
-    )
+    step = min(max(physics_step, PHYSICS_STEP.low), PHYSICS_STEP.high)  # an upper bound: the same step is used of it
+    written: str = OmegaConf.to_yaml(OmegaConf.create({"robot": robot, "physics_step": step, "effects": values}))
     return "".join(f"# {line}\n" for line in wrap(title, 100)) + written
 
 
@@ -218,11 +207,14 @@ def _step(given: Any) -> str:
 
 def _effect(name: str, given: Any) -> dict[str, Any]:
     """The node that makes an effect, of values that it takes."""
-    from twbal.effects.library import all_effects  # here, as effects need numpy, before which threads are set
+    from twbal.effects.library import VARIABLE, all_effects  # here, as effects need numpy, before which threads are set
 
     known = all_effects()
     if name not in known:
-        raise ConfigError(f"there is no effect {name[:40]!r}. The effects are: {', '.join(known)}.")
+        raise ConfigError(
+            f"there is no effect {name[:40]!r}. The effects are: {', '.join(known)}. If it is one of your own, name "
+            f"its module in {VARIABLE}."
+        )
     target = f"{known[name].__module__}.{known[name].__name__}"
     values = _mapping(name, given)
     named = values.pop("_target_", target)  # files of earlier versions have it

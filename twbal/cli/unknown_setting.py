@@ -5,6 +5,7 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from hydra import compose
@@ -40,7 +41,9 @@ class _Settings(NamedTuple):
     known: list[str]
 
 
-def no_such_setting(key: str, word: str, stage: str, in_python: bool) -> str:
+def no_such_setting(
+    key: str, word: str, stage: str, in_python: bool, composed: Mapping[Any, Any] = MappingProxyType({})
+) -> str:
     """What is said of a setting that cannot be set.
 
     Args:
@@ -48,8 +51,12 @@ def no_such_setting(key: str, word: str, stage: str, in_python: bool) -> str:
         word: the override; "" where it is not known.
         stage: its name on the command line.
         in_python: whether a function of the library was called in place of a command.
+        composed: what the configuration has, with all that was chosen; empty where it is not known.
     """
     tree, leaves, known = own = _settings(stage)
+    for each in (*(f"{key}.{name}" for name in _given(word)), key):
+        if said := _no_parameter(each, composed):
+            return said
     if key in known and isinstance(leaves.get(key, {}), dict):
         return _no_such_entry(key, word, stage, own)
     if key in leaves:
@@ -165,6 +172,26 @@ def _is_foreign(key: str, tree: Mapping[str, Any]) -> bool:
     for name in key.split("."):
         node = node.get(name) if isinstance(node, dict) else None
     return isinstance(node, dict) and "_target_" in node and not is_known(str(node["_target_"]))
+
+
+def _no_parameter(key: str, composed: Mapping[Any, Any]) -> str:
+    """What is said of a parameter that an effect of the configuration does not have; "" where it is none of one."""
+    from twbal.effects.library import effect_name, effect_of  # here, as effects need numpy
+    from twbal.effects.parameter import parameters_of
+
+    place, _, name = key.rpartition(".")
+    node: Any = composed
+    for part in place.split("."):
+        node = node.get(part) if isinstance(node, Mapping) else None
+    kind = effect_of(str(node.get("_target_", ""))) if isinstance(node, Mapping) else None
+    names = list(parameters_of(kind)) if kind is not None else []
+    if kind is None or name in names:
+        return ""
+    near = difflib.get_close_matches(name, names, n=1)
+    guessed = f" (did you mean {near[0]!r}?)" if near else ""
+    own = effect_name(kind)
+    of_key = "" if place.endswith(f".{own}") else f", which is {place},"
+    return f"The effect {own}{of_key} has no parameter {name!r}{guessed}. Its parameters are: {', '.join(names)}."
 
 
 def _no_effect(key: str) -> str:

@@ -6,7 +6,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -62,10 +62,28 @@ class Cost(ABC):
         target: (D,).
         widths: (D,) in the channels' units; infinite where a channel costs nothing. A linear-quadratic regulator takes
             them for the deviations that cost alike.
+
+    Raises:
+        ConfigError: a field is no array of numbers, target and widths are not (D,), or a width is not positive.
     """
 
     target: Array
     widths: Array
+
+    def __post_init__(self) -> None:
+        """Make each field an array of double precision, and refuse what cannot be."""
+        for each in fields(self):
+            object.__setattr__(self, each.name, _as_numbers(type(self), each.name, getattr(self, each.name)))
+        if self.target.ndim != 1 or self.target.shape != self.widths.shape:
+            raise ConfigError(
+                f"{type(self).__name__} has a target of shape {self.target.shape} and widths of shape "
+                f"{self.widths.shape}; expected is one number of each for each of the D channels: (D,)."
+            )
+        if not (self.widths > 0.0).all():
+            raise ConfigError(
+                f"{type(self).__name__} has the widths {self.widths.tolist()}; expected are positive numbers, infinite "
+                "where a channel costs nothing."
+            )
 
     @property
     def curvature(self) -> Array:
@@ -78,10 +96,25 @@ class Cost(ABC):
 
     @classmethod
     def over(
-        cls, channels: Sequence[str], widths: Mapping[str, float], command_width: float | None, torque_limit: float
+        cls,
+        channels: Sequence[str],
+        widths: Mapping[str, float],
+        command_width: float | None,
+        torque_limit: float,
+        **further: float,
     ) -> "Cost":
-        """This cost over named channels; see `cost_over`."""
-        return cls(*_target_and_widths(channels, widths, command_width, torque_limit))
+        """This cost over named channels.
+
+        Args:
+            channels, widths, command_width, torque_limit: as of `cost_over`.
+            further: values of further fields by name; each becomes an array of shape ().
+
+        Raises:
+            ConfigError: as of `cost_over`; or the class has no such field, or one more that needs a value.
+        """
+        target, found = _target_and_widths(channels, widths, command_width, torque_limit)
+        _check_further(cls, further)
+        return cls(target, found, **{name: _as_numbers(cls, name, value) for name, value in further.items()})
 
     @abstractmethod
     def at(self, state: Array) -> float:
@@ -172,8 +205,14 @@ class SaturatingCost(Cost):
     change: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        if not len(self.change):
+        super().__post_init__()
+        if self.change.shape == (0,):
             object.__setattr__(self, "change", np.zeros(len(self.widths)))
+        if self.change.shape != self.widths.shape:
+            raise ConfigError(
+                f"{type(self).__name__} has a change of shape {self.change.shape}; expected is that of its widths, "
+                f"{self.widths.shape}."
+            )
 
     @property
     def curvature(self) -> Array:
@@ -230,6 +269,34 @@ def cost_over(
         weight = 1.0 / (command_change_width * torque_limit)
         change[channels.index("command_1")], change[channels.index("command_2")] = weight, -weight
     return SaturatingCost(target, found, change)
+
+
+def _check_further(kind: type[Cost], further: Mapping[str, float]) -> None:
+    """Raise ConfigError where values of further fields are not those that a cost has."""
+    own = {each.name: each for each in fields(kind) if each.name not in ("target", "widths")}
+    for name in further:
+        if name not in own:
+            also = f"; it has {', '.join(own)}" if own else ""
+            raise ConfigError(
+                f"{kind.__name__} has no field {name!r} beside target and widths{also}. Take {name} out of the "
+                f"settings of the cost, or add the line `{name}: Array` to the class, in the module {kind.__module__}."
+            )
+    needed = [name for name, each in own.items() if each.default is MISSING and each.default_factory is MISSING]
+    if absent := [name for name in needed if name not in further]:
+        raise ConfigError(
+            f"{kind.__name__} lacks {', '.join(absent)}: add {', '.join(f'`{name}: <number>`' for name in absent)} to "
+            "the settings of the cost, beside its _target_."
+        )
+
+
+def _as_numbers(kind: type[Cost], name: str, value: Any) -> Array:
+    """A field of a cost as an array of double precision; the same one where it is that already."""
+    try:
+        return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ConfigError(
+            f"{name} of {kind.__name__} must be a number or an array of numbers; found {value!r:.80}."
+        ) from error
 
 
 def _target_and_widths(

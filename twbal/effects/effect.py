@@ -109,7 +109,7 @@ class Effect(ABC):
         for name, known in parameters_of(type(self)).items():
             value = getattr(self, name)
             try:
-                is_within = known.least <= value < known.below
+                is_within = known.least <= value < known.below or value == known.neutral
             except TypeError as error:
                 raise ConfigError(
                     f"{name} of effect {type(self).__name__} must be a number; found {value!r:.80}."
@@ -207,8 +207,13 @@ class ActuatorEffect(Effect):
 
 
 class DriverEffect(ActuatorEffect, TorqueTerm):
-    """Stands between the command and the motors, and remembers nothing."""
+    """Stands between the command and the motors, and remembers nothing: neither the past nor the time.
 
+    PyBullet gives its `drive` the time 0. One that depends on time derives from `ActuatorEffect` and `TorqueTerm`, and
+    counts the physics steps in `start`, as `BatterySag` does.
+    """
+
+    place = Place.DRIVER
     remembers = False
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:

@@ -17,13 +17,17 @@ choice of the group `effect`. To put one into the simulation, with a value of yo
 twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5
 ```
 
+The name after `sim.effects.` is free: `+effect@sim.effects.stiction=dead_zone` has the parameters
+`sim.effects.stiction.width` and so on. No simulation has an effect twice.
+
 `twbal diagnose` searches for all but four of them. It always estimates the noise of the sensors. Lost commands, unequal
 motors and a walking bias of the gyro are found in separate steps. One effect is searched for only where
 `diagnosis.include` names it.
 
 In the tables, *range* is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m, 20 ms and
 12 kg, and grows with the robot's torque limit, control period or mass. *Default* is the value of an effect that is put
-into a simulation, and *no effect* the values at which the whole effect does nothing.
+into a simulation on the command line, and *no effect* the values at which the whole effect does nothing. A setting may
+lie up to ten times beyond the range, as far as the effect takes such values.
 
 [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own. `python scripts/effects.py` writes this
 page from the definitions.

@@ -3,9 +3,10 @@
 from collections.abc import Iterable
 from dataclasses import MISSING, field, fields
 from enum import Enum
-from math import inf
+from math import inf, isfinite
 from typing import Any, NamedTuple
 
+from twbal.core.errors import ConfigError
 from twbal.core.quantities import Change, Quantity
 from twbal.core.robot_parameters import RobotParameters
 
@@ -83,7 +84,7 @@ def parameter(
     value: float,
     neutral: float = 0.0,
     scale: Scale = Scale.NOTHING,
-    least: float = 0.0,
+    least: float | None = None,
     below: float = inf,
     changes: Iterable[tuple[Quantity, Change]] = (),
     is_of_each_wheel: bool = False,
@@ -94,14 +95,71 @@ def parameter(
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
 
-    Args: as of `Parameter`; `prior` is (low, high). One that is optional may be left out, and is then `value`: files
-    that were written before it was there are still read.
+    Args: as of `Parameter`; `prior` is (low, high). `least` is 0 unless said, or -inf where `low` is negative. One that
+    is optional may be left out, and is then `value`: files that were written before it was there are still read.
+
+    Raises:
+        ConfigError: an argument cannot be, or does not go with the others.
     """
+    if not isinstance(meaning, str) or not meaning or not isinstance(unit, str):
+        raise ConfigError(
+            f"A parameter begins with its meaning and its unit, both of them texts (the unit may be ''); found "
+            f"{meaning!r} and {unit!r}."
+        )
+    if not isinstance(prior, tuple) or len(prior) != 2 or not all(map(_is_number, prior)):
+        raise _refused(meaning, f"prior={prior!r}", "the range of plausible robots, as (low, high)")
+    if least is None:
+        least = -inf if prior[0] < 0.0 else 0.0
+    changes = changes if isinstance(changes, Quantity) else tuple(changes)
+    if isinstance(changes, Quantity) or not all(map(_is_change, changes)):
+        raise _refused(meaning, f"changes={changes!r}", "scales(Quantity.BODY_MASS), adds_to(...) or another of these")
     known = Parameter(
-        *(meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes)),
+        *(meaning, unit, *prior, neutral, start, value, scale, least, below, changes),
         *(is_of_each_wheel, covers_all, form, sd),
     )
+    _check(known)
     return field(default=value if is_optional else MISSING, metadata={"parameter": known})
+
+
+def _check(p: Parameter) -> None:
+    """Refuse what is known of a parameter where it cannot be true.
+
+    Raises:
+        ConfigError: it names the meaning, what was found, and what to write.
+    """
+    bounds = {"neutral": p.neutral, "least": p.least, "below": p.below, "sd": p.sd, "form": p.form}
+    for name, number in {"start": p.start, "value": p.value, **bounds}.items():
+        if not _is_number(number) or number != number or not (isfinite(number) or name in bounds):
+            raise _refused(p.meaning, f"{name}={number!r}", "a number")
+    if not p.low < p.high:
+        raise _refused(p.meaning, f"prior=({p.low:g}, {p.high:g})", "low < high; swap them")
+    found = f"prior=({p.low:g}, {p.high:g}), least={p.least:g} and below={p.below:g}"
+    if not p.least <= p.low:
+        raise _refused(p.meaning, found, "least <= low: no value can be less than `least`, so lower it, or raise low")
+    if not p.high < p.below:
+        raise _refused(p.meaning, found, "high < below: every value is less than `below`, so raise it, or lower high")
+    for name, number in (("start", p.start), ("value", p.value)):
+        if not p.low <= number <= p.high:
+            what = "lies within the range of plausible robots; widen the range, or give another one"
+            raise _refused(p.meaning, f"prior=({p.low:g}, {p.high:g}) and {name}={number:g}", f"a {name} that {what}")
+    if not p.least <= p.neutral <= p.below:
+        raise _refused(p.meaning, f"{found}, neutral={p.neutral:g}", "a neutral value from `least` to `below`")
+    if not p.sd > 0.0 or p.form < 0.0:
+        raise _refused(p.meaning, f"sd={p.sd:g} and form={p.form:g}", "sd > 0 (left out: no prior) and form >= 0")
+    if not isinstance(p.scale, Scale):
+        raise _refused(p.meaning, f"scale={p.scale!r}", "Scale.TORQUE, Scale.PERIOD, Scale.MASS or Scale.NOTHING")
+
+
+def _refused(meaning: str, found: str, expected: str) -> ConfigError:
+    return ConfigError(f"The parameter {meaning!r} has {found}; expected is {expected}.")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_change(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and tuple(map(type, value)) == (Quantity, Change)
 
 
 def adds_to(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:
