@@ -27,7 +27,7 @@ from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.effects_shown.tables import effects_shown  # noqa: E402
 from benchmarks.free_form.tables import PARTS as FREE_FORM  # noqa: E402
-from benchmarks.hidden_robots.ahead import pilco_ahead  # noqa: E402
+from benchmarks.hidden_robots.ahead import default_seeds, pilco_ahead  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import (  # noqa: E402
     beside,
@@ -57,7 +57,7 @@ from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.power import POWER_PARTS  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
-from benchmarks.other_robots.tables import VERSIONS  # noqa: E402
+from benchmarks.other_robots.versions import VERSIONS  # noqa: E402
 from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
@@ -146,6 +146,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "first_policies": first_policies,
     "three_seeds": three_seeds,
     "pilco_ahead": pilco_ahead,
+    "default_seeds": default_seeds,
     "robots": robots,
     "beside": beside,
     "paper": paper,

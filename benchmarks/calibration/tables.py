@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.calibration.fit import reliability
+from benchmarks.other_robots.findings import findings
 from benchmarks.other_robots.tables import LEAST, share
 from twbal.diagnosis.calibration import Objected, calibration
 
@@ -35,11 +36,12 @@ def calibration_table(records: Mapping[str, Any]) -> list[str]:
 
 def other_robots_reliability(results: Mapping[str, Any]) -> list[str]:
     """How often effects were there, by the range of the probability that was said: a reliability diagram."""
-    pairs = [
-        (s["probability"], s["right"]) for row in results["sets"] for s in row["said"] if s["probability"] >= LEAST
-    ]
-    lines = ["| probability said | effects | mean of it | share that was there |", "|---|---|---|---|"]
-    for each in reliability([p for p, _ in pairs], [right for _, right in pairs]):
+    said = [each for row in results["sets"] for each in findings(row) if each.probability >= LEAST]
+    lines = ["| probability said | effects | mean of it | share that was there | a case of it, or alike |"]
+    lines.append("|---|---|---|---|---|")
+    for each in reliability([s.probability for s in said], [s.is_right for s in said]):
         there = share([True] * round(each.right * each.pairs) + [False] * round((1.0 - each.right) * each.pairs))
-        lines.append(f"| {each.low:.1f}-{each.high:.1f} | {each.pairs} | {each.said:.2f} | {there} |")
+        inside = [s for s in said if each.low <= s.probability < each.high or s.probability == each.high == 1.0]
+        cells = (each.pairs, f"{each.said:.2f}", there, sum(s.is_substitute for s in inside))
+        lines.append(f"| {each.low:.1f}-{each.high:.1f} | {' | '.join(map(str, cells))} |")
     return lines

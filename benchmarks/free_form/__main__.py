@@ -3,8 +3,8 @@
 In robots of `benchmarks.other_robots` a function of one variable is hidden that no effect of the library is, or an
 effect that the diagnosis must do without; in others nothing is hidden. Each is diagnosed, without the second search,
 and what is drawn is held against the truth. Where nothing remains, `twbal diagnose` looks for no function; here one is
-looked for all the same. Sets that are among the results already are not done again. Seeds 5000 and 5001 were for
-development.
+looked for all the same. Sets that the same commit did already, in `root` (outputs/bench/free_form), are not done again.
+A file of results that holds sets that are not asked for is not replaced. Seeds 5000 and 5001 were for development.
 """
 
 import json
@@ -19,14 +19,16 @@ import numpy as np
 
 from benchmarks.free_form.tables import PARTS
 from benchmarks.free_form.truth import comparable, hidden_function, visited
+from benchmarks.measure import version_of
 from benchmarks.other_robots.__main__ import seeds_of, sheet_of, written
 from benchmarks.other_robots.kinds import KNOWN_SINCE, SHAPES, alike
 from benchmarks.other_robots.recording import Recorded, driven, episode_of
 from benchmarks.other_robots.sets import Set, designed
-from benchmarks.settings import text_settings
+from benchmarks.settings import refuse_to_replace, rows_in, text_settings
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
+from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.free_form import free_forms
 from twbal.diagnosis.free_form_record import FreeForm
@@ -34,7 +36,12 @@ from twbal.diagnosis.inputs import NamedEpisodes
 from twbal.diagnosis.pipeline import diagnose_episodes, free_form_inputs
 from twbal.diagnosis.record import Diagnosis
 
-DEFAULTS = {"seeds": "6000-6001", "clean": "6000-6019", "results": "benchmarks/results/free_form.json"}
+DEFAULTS = {
+    "seeds": "6000-6001",
+    "clean": "6000-6019",
+    "root": "outputs/bench/free_form",
+    "results": "benchmarks/results/free_form.json",
+}
 IN_NO_LIBRARY = (*SHAPES, "quadratic_drag")
 LEFT_OUT = ("viscous_friction", "coulomb_friction", "cable_spring", "cogging", "dead_zone")
 _WORDS = ("diagnosis.tempered_search=false", "diagnosis.max_effects=3", "next_experiment=false")
@@ -112,17 +119,27 @@ def _beside_truth(name: str, recorded: Recorded, drawn: FreeForm, period: float)
     return {"right": True, "error": error, "covered": float(inside.mean()), "truth": truth.tolist()}
 
 
+def _kept(file: Path, kind: str, name: str, each: Set) -> dict[str, Any]:
+    """What was drawn of a set; from its file, where a version that is committed judged it before."""
+    if not file.exists() or file.parent.name.endswith("+"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_atomically(file, json.dumps(judged(kind, name, each)))
+    found: dict[str, Any] = json.loads(file.read_text())
+    return found
+
+
 def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
     settings = text_settings(DEFAULTS, words)
     results = Path(settings["results"])
-    rows: list[dict[str, Any]] = json.loads(results.read_text())["sets"] if results.exists() else []
-    known = {(row["kind"], row["hidden"], row["seed"]) for row in rows}
-    for kind, name, each in cases(seeds_of(settings["seeds"]), seeds_of(settings["clean"])):
-        if (kind, name, each.seed) not in known:
-            rows.append(judged(kind, name, each))
-            results.write_text(written({"sets": rows}))
-            print({key: value for key, value in rows[-1].items() if key not in ("truth", "drawn")}, flush=True)
+    asked = cases(seeds_of(settings["seeds"]), seeds_of(settings["clean"]))
+    there = ((row["kind"], row["hidden"], row["seed"]) for row in rows_in(results))
+    refuse_to_replace(results, there, ((kind, name, each.seed) for kind, name, each in asked))
+    root, rows = Path(settings["root"]) / version_of(Path()), list[dict[str, Any]]()
+    for kind, name, each in asked:
+        rows.append(_kept(root / f"{kind}_{name}_{each.seed}.json".replace(" ", "_"), kind, name, each))
+        results.write_text(written({"sets": rows}))
+        print({key: value for key, value in rows[-1].items() if key not in ("truth", "drawn")}, flush=True)
     for part in PARTS.values():
         print("\n".join(part({"sets": rows})), end="\n\n")
 

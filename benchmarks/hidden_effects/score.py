@@ -1,6 +1,6 @@
 """How right the diagnoses were."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from statistics import median
 from typing import Any
 
@@ -16,6 +16,12 @@ GROUPS = {
 """Class that a value of the data sheet belongs to."""
 
 
+_CPU = "CPU seconds of the whole command, median"
+_SINCE = {
+    "closed": "from the nominal",
+    "closed_from_refitted": "from the refitted data sheet",
+    "closed_noise_free": "against the noise-free truth",
+}
 FLOOR = "ground_waves"
 """What an uneven floor may be named: it is no fault of the robot, and no false alarm."""
 _FLAT = 0.1  # share of the floor by which a gap must exceed it for a share of it to mean anything
@@ -27,7 +33,7 @@ def score(
     cpu_s: Mapping[str, float],
     noise_free: Mapping[str, float | None],
 ) -> dict[str, Any]:
-    """The figures over all sets that were diagnosed, and what became of each set.
+    """The figures over all sets, and what became of each set.
 
     Args:
         labels: what is hidden in each set.
@@ -40,23 +46,24 @@ def score(
         for name in sorted(labels)
         if name in diagnoses
     ]
-    failed = sorted(set(labels) - set(diagnoses))
-    by = {stratum: [row for row in rows if row["stratum"] == stratum] for stratum in {r["stratum"] for r in rows}}
+    failed = {name: labels[name]["stratum"] for name in sorted(set(labels) - set(diagnoses))}
+    figures = {**figures_of(rows, failed), _CPU: round(median(cpu_s.values()), 1)}
+    return {"figures": figures, "sets": rows, "failed": list(failed), "failed_strata": failed}
+
+
+def figures_of(rows: Sequence[Mapping[str, Any]], failed: Mapping[str, str]) -> dict[str, Any]:
+    """The figures over all sets.
+
+    Args:
+        rows: of the sets that were diagnosed.
+        failed: by name, the strata of those that were not; they count as not right.
+    """
     figures: dict[str, Any] = {}
-    for stratum, inside in sorted(by.items()):
-        figures[f"right, {stratum}"] = f"{sum(row['right'] for row in inside)} of {len(inside)}"
+    for stratum in sorted({*(row["stratum"] for row in rows), *failed.values()}):
+        inside = [row["right"] for row in rows if row["stratum"] == stratum]
+        figures[f"right, {stratum}"] = f"{sum(inside)} of {len(inside) + list(failed.values()).count(stratum)}"
     figures["wrong name, all strata"] = f"{sum(row['wrong'] for row in rows)} of {len(rows)}"
-    named = [row for row in rows if row["right"] and row["said"] and "backlash" not in row["said"]]
-    for key, since in (("closed", "the nominal"), ("closed_from_refitted", "the refitted data sheet")):
-        closed = [row[key] for row in named if row[key] is not None]
-        if closed:
-            figures[f"gap closed in PyBullet where named, from {since}, median"] = round(median(closed), 3)
-    truly = [row["closed_noise_free"] for row in named if row["closed_noise_free"] is not None]
-    if truly:
-        tenth = float(np.quantile(truly, 0.1))
-        figures["the same against the noise-free truth, median (10th percentile)"] = (
-            f"{median(truly):.3f} ({tenth:.3f})"
-        )
+    figures |= _closed_figures([row for row in rows if row["said"]])
     errors = [error for row in rows for error in row["errors"]]
     if errors:
         figures["parameter error, median"] = round(median(errors), 3)
@@ -66,8 +73,21 @@ def score(
     if surest:
         figures["expected calibration error"] = round(_calibration_error(surest), 3)
     figures["no diagnosis"] = len(failed)
-    figures["CPU seconds of the whole command, median"] = round(median(cpu_s.values()), 1)
-    return {"figures": figures, "sets": rows, "failed": failed}
+    return figures
+
+
+def _closed_figures(named: Sequence[Mapping[str, Any]]) -> dict[str, str]:
+    """How far gaps close in all sets in which something is named, right or not; those with backlash apart."""
+    figures = {}
+    for title, has_backlash in (("", False), (", where backlash is named", True)):
+        rows = [row for row in named if ("backlash" in row["said"]) == has_backlash]
+        for key, since in _SINCE.items():
+            closed = [row[key] for row in rows if row[key] is not None]
+            if closed:
+                tenth = float(np.quantile(closed, 0.1))
+                name = f"gap closed{title}, {since}: median (10th percentile) of {len(closed)} sets"
+                figures[name] = f"{median(closed):.3f} ({tenth:.3f})"
+    return figures
 
 
 def _row(label: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> dict[str, Any]:

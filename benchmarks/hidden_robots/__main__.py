@@ -1,8 +1,10 @@
 """Algorithm 1 on hidden robots of a family, and beside it other recipes on the same ones.
 
     python -m benchmarks.hidden_robots family=hard [robots=20] [first_seed=781] [updates=6] [recipe=default] [workers=2]
+        [results=benchmarks/results/hidden_robots_hard.json]
 
-`robots` and `first_seed` are those of the docs' tables if not given; the README's table has first_seed=810.
+`robots` and `first_seed` are those of the docs' tables if not given. The README's table is made by `family=hard
+first_seed=810 results=benchmarks/results/hidden_robots_hard_current.json`.
 
 (1) The reference search tells what is reachable at all (`reference.py`); robots where it finds nothing are listed and
 not learned. Consecutive seeds are taken until there are `robots` that are reachable. (2) `twbal iterate` learns each,
@@ -11,7 +13,9 @@ times, and on moderate robots is pushed ten times. All trials are judged by the 
 stick.
 
 Runs lie in outputs/bench/hidden_robots/<family>/<recipe>; a robot that is done is not done again. Raw results go to
-benchmarks/results/hidden_robots_<family>.json, or hidden_robots_<family>_<recipe>.json, after each robot.
+benchmarks/results/hidden_robots_<family>.json, or hidden_robots_<family>_<recipe>.json, after each robot, with
+_from_<first_seed> where that is not the one of the tables. `results` is another file. A file that holds robots that are
+not asked for is not replaced.
 """
 
 import json
@@ -35,7 +39,7 @@ from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
 from benchmarks.hidden_robots.robots import Workshop, identified, iterate, learn_words
 from benchmarks.hidden_robots.tables import successes
-from benchmarks.settings import text_settings
+from benchmarks.settings import refuse_to_replace, rows_in, text_settings
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.files import write_atomically
@@ -50,6 +54,7 @@ DEFAULTS = {
     "updates": "6",
     "recipe": "default",
     "workers": "2",
+    "results": "",
 }
 INTEGRAL = "lqr_integral"
 """The data sheet's regulator with integral action; twbal's own (`lqr`) leaves the place alone, so it is made here."""
@@ -164,6 +169,12 @@ def reachable(references: References, first_seed: int, robots: int) -> tuple[dic
     return found, unreachable
 
 
+def _name(family: str, recipe: str, first_seed: int) -> str:
+    """What a file of results is called that holds robots from a seed on."""
+    name = family if recipe == "default" else f"{family}_{recipe}"
+    return name if first_seed == FAMILIES[family].first_seed else f"{name}_from_{first_seed}"
+
+
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = text_settings(DEFAULTS, words)
@@ -173,8 +184,9 @@ def main(words: Sequence[str]) -> None:
     first = int(settings["first_seed"] or FAMILIES[family].first_seed)
     robots, updates = int(settings["robots"] or FAMILIES[family].robots), int(settings["updates"])
     chosen, unreachable = reachable(References(family), first, robots)
+    target = Path(settings["results"] or RESULTS / f"hidden_robots_{_name(family, recipe, first)}.json")
+    refuse_to_replace(target, (row["seed"] for row in rows_in(target, "robots")), chosen)
     bench, lock, done = Bench(family, recipe, updates), threading.Lock(), dict[int, Any]()
-    target = RESULTS / f"hidden_robots_{family}{'' if recipe == 'default' else f'_{recipe}'}.json"
     head = {"family": family, "recipe": recipe, "first_seed": first, "updates": updates, "unreachable": unreachable}
 
     def learn(seed: int) -> None:

@@ -3,8 +3,8 @@
     python -m benchmarks.hidden_robots.reproduced family=hard [recipe=default] [robots=3]
 
 Each run of `twbal iterate` writes `commands.sh`, which does the same stage by stage into another folder, and ends by
-comparing the sha256 of all artefacts. Here that is done for the first `robots` runs of a family that are done; what was
-reproduced before is not done again. Raw results go to benchmarks/results/reproduced.json.
+comparing the sha256 of all artefacts. Here that is done for the first `robots` runs of a family that are done; a run
+that was reproduced before is not done again. Raw results go to benchmarks/results/reproduced.json.
 """
 
 import json
@@ -20,7 +20,7 @@ from typing import Any
 from benchmarks.hidden_robots.__main__ import RECIPES, RESULTS, ROOT
 from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.settings import text_settings
-from twbal.core.files import write_atomically
+from twbal.core.files import file_hash, write_atomically
 
 _DEFAULTS = {"family": "", "recipe": "default", "robots": "3"}
 _TARGET = RESULTS / "reproduced.json"
@@ -57,8 +57,11 @@ def main(words: Sequence[str]) -> None:
     found: dict[str, Any] = json.loads(_TARGET.read_text()) if _TARGET.exists() else {}
     for run in runs[: int(settings["robots"])]:
         name = f"{family}/{recipe}/{run.name}"
-        if name not in found:
-            found[name] = reproduced(run)
+        made = file_hash(run / "artefacts.sha256")
+        if found.get(name, {}).get("run", made) != made:
+            print(f"{name}: another run than the one that was compared before", flush=True)
+        if found.get(name, {}).get("run") != made:
+            found[name] = {**reproduced(run), "run": made}
             write_atomically(_TARGET, json.dumps(found, indent=1) + "\n")
         print(f"{name}: {'the same' if found[name]['same'] else 'NOT the same'}", flush=True)
 

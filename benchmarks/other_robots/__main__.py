@@ -2,13 +2,15 @@
 
 `generate` records one set for each stratum and seed; what is hidden goes to labels/, which only `score` opens.
 `diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results, with the commit of the code that
-diagnosed. `power` takes sets that were diagnosed, records and diagnoses each without its effect, and writes what was
-said beforehand and what was found. What is there already is not done again. Further settings, with their defaults:
+diagnosed; it refuses diagnoses of several commits, or with several `words`, and to replace results of other sets.
+`power` takes sets that were diagnosed,
+records and diagnoses each without its effect, and writes what was said beforehand and what was found. What is there
+already is not done again. Further settings, with their defaults:
 
     root=outputs/bench/other_robots   folder of the sets
     code=.                            folder of the twbal that diagnoses
     place=diagnosis                   name of the diagnoses in the sets' folders, for several versions side by side
-    results=benchmarks/results/other_robots.json
+    results=ROOT/results.json         those of the docs are in benchmarks/results, under names of their own
     words=                            further settings of `twbal diagnose`, separated by spaces
 
 Seeds below 1000 are for development; the published table has others.
@@ -26,12 +28,12 @@ from typing import Any
 from hydra import compose
 from hydra.utils import instantiate
 
-from benchmarks.diagnosing import timed_diagnosis
-from benchmarks.measure import version_of
+from benchmarks.diagnosing import timed_diagnosis, version_in
 from benchmarks.other_robots.power import POWER_PARTS, said_and_found
 from benchmarks.other_robots.score import judged
 from benchmarks.other_robots.sets import STRATA, Set, sets
 from benchmarks.other_robots.tables import PARTS
+from benchmarks.settings import refuse_to_replace, rows_in
 from twbal.cli.composition import composing
 from twbal.core.robot_parameters import RobotParameters
 
@@ -87,36 +89,37 @@ def diagnose(each: Set, places: Places) -> None:
         return
     recorded = (places.root / each.name).resolve()
     words = [f"episodes={recorded}"]
-    words += [f"robot={each.sheet}", f"robot.control_period={1.0 / each.rate}", *places.words]
+    words += [f"robot={each.sheet}", f"robot.control_period={1.0 / each.rate}"]
     if each.left_out:
         words.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
     if each.tolerance != _USUAL_TOLERANCE:
         words.append(f"diagnosis.tolerances.data_sheet={each.tolerance}")
-    timed_diagnosis(each.name, words, out, places.code)
+    timed_diagnosis(each.name, words, out, places.code, places.words)
 
 
 def score(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
-    """Records of all sets that were tried."""
-    rows = []
-    for each in wanted:
+    """Records of all sets that were tried, which one version must have diagnosed."""
+    rows, tried = [], [each for each in wanted if (places.diagnosis(each) / "cpu.json").exists()]
+    version = version_in(map(places.diagnosis, tried))
+    for each in tried:
         note, found = places.diagnosis(each) / "cpu.json", places.diagnosis(each) / "diagnosis.json"
-        if note.exists():
-            diagnosis = json.loads(found.read_text()) if found.exists() else None
-            label = json.loads(places.label(each).read_text())
-            rows.append(judged(label, diagnosis, json.loads(note.read_text())["cpu_s"]))
-    return {"commit": version_of(places.code), "sets": rows}
+        diagnosis = json.loads(found.read_text()) if found.exists() else None
+        label = json.loads(places.label(each).read_text())
+        rows.append(judged(label, diagnosis, json.loads(note.read_text())["cpu_s"]))
+    return {**version.record(), "sets": rows}
 
 
 def score_power(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
     """Of all sets of one effect that were diagnosed with it and without it, what was said and what was found."""
-    rows = []
+    rows, folders = [], list[Path]()
     for each in wanted:
         found, bare = (places.diagnosis(one) / "diagnosis.json" for one in (each, each.bare()))
         if found.exists() and bare.exists():
+            folders += [found.parent, bare.parent]
             label = json.loads(places.label(each).read_text())
             row = judged(label, json.loads(found.read_text()), 0.0)
             rows.append(said_and_found(row, label, json.loads(bare.read_text())))
-    return {"commit": version_of(places.code), "power": [row for row in rows if row is not None]}
+    return {**version_in(folders).record(), "power": [row for row in rows if row is not None]}
 
 
 def written(results: Mapping[str, Any]) -> str:
@@ -141,11 +144,15 @@ def main(words: Sequence[str]) -> None:
     root, code = settings.pop("root", "outputs/bench/other_robots"), settings.pop("code", ".")
     words_for_it = tuple(settings.pop("words", "").split())
     places = Places(Path(root), Path(code), settings.pop("place", "diagnosis"), words_for_it)
-    results = Path(settings.pop("results", "benchmarks/results/other_robots.json"))
+    results = Path(settings.pop("results", places.root / "results.json"))
     if settings or what not in ("generate", "diagnose", "score", "all", "power") or not set(strata) <= set(STRATA):
         raise SystemExit(f"{__doc__}\nStrata: {', '.join(STRATA)}.")
     hidden = sets(strata, seeds)
     wanted = [each.bare() for each in hidden if len(each.effects) == 1] if what == "power" else hidden
+    if what in ("score", "all", "power"):
+        there = rows_in(results, "power" if what == "power" else "sets")
+        asked = ((each.stratum, each.seed) for each in hidden)
+        refuse_to_replace(results, ((row["stratum"], row["seed"]) for row in there), asked)
     if what in ("generate", "all", "power"):
         if workers == 1:
             for each in wanted:

@@ -24,17 +24,21 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         cpu_s: CPU seconds of the command.
 
     Returns:
-        What is known of the set, and:
-        hidden: by effect that the library has, the largest probability of what was said of it (0: nothing).
+        What is known of the set (severity: by its design; driven_severity: as it was driven, gentler where the robot
+        would not stay up), and:
+        hidden: by effect that the library has, the largest probability of it or of a declared equivalent (0: nothing).
         foreign: other effects that are hidden.
-        said: name, probability, whether it is right, and the same for its equivalents.
+        said: name, probability, and whether it is there, or is a case of what is there, or one that these data cannot
+            tell from it (`findings` tells these apart).
         intervals: (effect, parameter, true value, value, low, high, whether it holds).
         remains: whether something is said to remain that nothing explains.
         lost: share of the commands that are lost, and what was said of it: share, low and high end, or None.
     """
     known = {key: label[key] for key in ("stratum", "seed", "excitation", "rate", "sheet", "tolerance", "sensors")}
     known |= {"gentler": round(label["gentler"], 3), "stays_up": label["stays_up"]}
-    known |= {"severity": {k: round(v, 4) for k, v in label["effects"].items()}, "cpu_s": round(cpu_s, 1)}
+    for key, factor in (("severity", 1.0), ("driven_severity", label["gentler"])):
+        known[key] = {name: round(factor * severity, 4) for name, severity in label["effects"].items()}
+    known["cpu_s"] = round(cpu_s, 1)
     hidden = {_of_library(name, label): values for name, values in label["hidden"].items()}
     foreign = set(FOREIGN).difference(KNOWN_SINCE).union(label["left_out"])
     missing = [name for name in hidden if name in foreign]
@@ -56,7 +60,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     sure = dict.fromkeys(there, 0.0)
     for effect in diagnosis["effects"]:
         for name in there:
-            if _meant(effect) & _class_of(name):
+            if equivalents(effect["name"]) & class_of(name):
                 sure[name] = max(sure[name], effect["probability"])
     for title, names in CLASSES:
         for name in names & set(there):
@@ -103,7 +107,7 @@ def _meant(effect: Mapping[str, Any]) -> set[str]:
     return names.union(*(equivalents(name) for name in names))
 
 
-def _class_of(name: str) -> set[str]:
+def class_of(name: str) -> set[str]:
     """An effect, or a value of the data sheet with the others of its class."""
     return next((names for _, names in CLASSES if name in names), {name})
 

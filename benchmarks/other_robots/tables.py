@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import beta
 
+from benchmarks.other_robots.findings import NAMED, findings, is_diagnosed, is_wrong, probabilities, sure_findings
 from benchmarks.other_robots.robots import ITEMS
 
 Row = Mapping[str, Any]
-NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
+FOUND, LEAST = 0.5, 0.02
 SINGLES, ADDED = ("single 1", "single 1/4", "single 1/8"), ("added 1", "added 1/4", "added 1/8")
 SEVERAL = ("pairs", "triples", "five", "eight")
 STRATA = (
@@ -71,34 +72,11 @@ def other_robots_effects(results: Mapping[str, Any]) -> list[str]:
     names = sorted({n for r in rows for n in r["hidden"]} | {s["name"] for r in rows for s in r["said"]})
     lines = ["| effect | found alone | found among others | said falsely |", "|---|---|---|---|"]
     for name in names:
-        alone = [r["hidden"][name] >= FOUND for r in rows if set(r["hidden"]) == {name}]
-        among = [r["hidden"][name] >= FOUND for r in rows if name in r["hidden"] and len(r["hidden"]) > 1]
-        falsely = sum(
-            s["name"] == name and not s["right"] and s["probability"] >= FOUND for r in rows for s in r["said"]
-        )
+        hidden = [probabilities(row) for row in rows if name in row["hidden"]]
+        alone = [each[name] >= FOUND for each in hidden if len(each) == 1]
+        among = [each[name] >= FOUND for each in hidden if len(each) > 1]
+        falsely = sum(s.name == name and s.is_likely_false(FOUND) for row in rows for s in findings(row))
         lines.append(f"| {name} | {sum(alone)} of {len(alone)} | {sum(among)} of {len(among)} | {falsely} |")
-    return lines
-
-
-def other_robots_versions(*records: Mapping[str, Any]) -> list[str]:
-    """One line a record, each by a version of its own, of robots of its own."""
-    columns = ("commit", "robots", "of effects with P >= 0.9, right", "found alone", "of two", "of three")
-    columns = (*columns, "of five", "of eight", "wrong (P > 0.8)", "remains", "intervals hold")
-    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
-    for record in records:
-        rows = [row for row in record["sets"] if not row["foreign"]]
-        found = {
-            stratum: [p >= FOUND for row in rows if row["stratum"] == stratum for p in row["hidden"].values()]
-            for stratum in STRATA
-        }
-        alone = [each for stratum in (*SINGLES, *ADDED) for each in found[stratum]]
-        said = [s["right"] for row in rows for s in row["said"] if s["probability"] >= NAMED]
-        wrong = [any(_is_false(s, WRONG + 1e-9) for s in row["said"]) for row in rows]
-        held = [interval[-1] for row in rows for interval in row["intervals"]]
-        remains = [row["remains"] for row in rows]
-        counts = (said, alone, *(found[stratum] for stratum in SEVERAL), wrong, remains, held)
-        cells = [f"{sum(each)} of {len(each)}" if each else "-" for each in counts]
-        lines.append(f"| {record['commit']} | {len(rows)} | {' | '.join(cells)} |")
     return lines
 
 
@@ -107,7 +85,7 @@ def other_robots_lost(results: Mapping[str, Any]) -> list[str]:
     lines = ["| share of the commands that is lost | sets | told | interval holds | excitation E told | N told |"]
     lines.append("|" + "---|" * 6)
     for low, high in pairwise(_LOST):
-        rows = [row for row in results["sets"] if low <= row["lost"][0] < high]
+        rows = [row for row in results["sets"] if low <= row["lost"][0] < high and is_diagnosed(row)]
         if not rows:
             continue
         told = {e: [row["lost"][1] is not None for row in rows if row["excitation"] == e] for e in ("E", "N")}
@@ -120,8 +98,10 @@ def other_robots_lost(results: Mapping[str, Any]) -> list[str]:
 
 def other_robots_sensors(results: Mapping[str, Any]) -> list[str]:
     """One line an item of real sensors: what is said of clean robots, and of one effect of two sizes."""
-    columns = ("what is real", "clean: something named", "severity 1: named", "found", "1/4: named", "found")
-    columns = (*columns, "wrong (P > 0.8)", "remains", "intervals hold")
+    columns = [
+        *("what is real", "clean: something named", "severity 1: named", "found", "1/4: named", "found"),
+        *("wrong (P > 0.8)", "remains", "intervals hold"),
+    ]
     lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
     for item in ITEMS:
         lines.append(_sensor_line(item, [row for row in results["sets"] if row["sensors"] == item]))
@@ -132,40 +112,79 @@ def other_robots_sensors(results: Mapping[str, Any]) -> list[str]:
 
 def _sensor_line(name: str, rows: Sequence[Row]) -> str:
     clean, whole, quarter = ([r for r in rows if r["stratum"] == f"sensors {kind}"] for kind in ("clean", "1", "1/4"))
-    cells = [share(any(_is_false(s, NAMED) for s in row["said"]) for row in clean)]
+    diagnosed = list(filter(is_diagnosed, rows))
+    cells = [share(any(s.is_likely_false(NAMED) for s in findings(row)) for row in filter(is_diagnosed, clean))]
     for part in (whole, quarter):
-        cells += [share(p >= least for row in part for p in row["hidden"].values()) for least in (NAMED, FOUND)]
-    cells.append(share(any(_is_false(s, WRONG + 1e-9) for s in row["said"]) for row in rows))
-    cells.append(share(row["remains"] for row in rows))
+        cells += [share(p >= least for row in part for p in probabilities(row).values()) for least in (NAMED, FOUND)]
+    cells.append(share(map(is_wrong, diagnosed)))
+    cells.append(share(row["remains"] for row in diagnosed))
     cells.append(share(interval[-1] for row in rows for interval in row["intervals"]))
     return f"| {name} | {' | '.join(cells)} |"
 
 
 def figures(rows: Sequence[Row]) -> dict[str, str]:
     """Figures over all sets that are no stratum's."""
-    held = [interval[-1] for row in rows for interval in row["intervals"]]
-    pairs = [(s["probability"], s["right"]) for row in rows for s in row["said"] if s["probability"] >= LEAST]
-    found = {"95 % intervals that hold the truth": share(held)}
+    diagnosed = list(filter(is_diagnosed, rows))
+    found = {**_sure_figures(rows), **_interval_figures(rows), **_score_figures(diagnosed)}
+    lacking = [row["remains"] or _is_told_as_lost(row) for row in diagnosed if row["foreign"]]
+    if lacking:
+        found["sets with what the library lacks: it remains, or is told as lost commands"] = share(lacking)
+    seconds = [row["cpu_s"] for row in diagnosed]
+    found["CPU seconds of the command, median / 90th percentile"] = (
+        f"{median(seconds):.1f} / {float(np.quantile(seconds, 0.9)):.1f}"
+    )
+    found["no diagnosis"] = str(len(rows) - len(diagnosed))
+    found["sets with gentler effects than designed, so that the robot stays up"] = _of_all(
+        r["gentler"] < 1 for r in rows
+    )
+    return found
+
+
+def _of_all(outcomes: Iterable[bool]) -> str:
+    every = list(outcomes)
+    return f"{sum(every)} of {len(every)}"
+
+
+def _sure_figures(rows: Sequence[Row]) -> dict[str, str]:
+    """How many of the sure effects are right, with those that are easy and without them."""
+    sure = sure_findings(rows)
+    return {
+        "effects with P of at least 0.9 that are right": share(s.is_right for s in sure),
+        "the same without presliding and tilt filters": share(s.is_right for s in sure if not s.is_easy),
+        "a case of what is there, or one that these data cannot tell from it": str(sum(s.is_substitute for s in sure)),
+    }
+
+
+def _interval_figures(rows: Sequence[Row]) -> dict[str, str]:
+    found = {"95 % intervals that hold the truth": share(interval[-1] for row in rows for interval in row["intervals"])}
     for split in ("excitation", "sensors"):
         for level in sorted({row[split] for row in rows}):
             inside = [interval[-1] for row in rows if row[split] == level for interval in row["intervals"]]
             found[f"the same, {split} {level}"] = share(inside)
-    if pairs:
-        p, right = np.array([a for a, _ in pairs]), np.array([float(b) for _, b in pairs])
-        base = np.full(len(p), right.mean())
-        found["pairs of a set and an effect with P of at least 0.02"] = str(len(p))
-        found["expected calibration error, ten bins"] = f"{calibration_error(p, right):.3f}"
-        for name, loss in (("log score", log_score), ("Brier score", brier_score)):
-            found[f"{name}, and of base rates"] = f"{loss(p, right):.3f}, {loss(base, right):.3f}"
-    lacking = [row["remains"] or _is_told_as_lost(row) for row in rows if row["foreign"]]
-    if lacking:
-        found["sets with what the library lacks: it remains, or is told as lost commands"] = share(lacking)
-    seconds = [row["cpu_s"] for row in rows]
-    found["CPU seconds of the command, median / 90th percentile"] = (
-        f"{median(seconds):.1f} / {float(np.quantile(seconds, 0.9)):.1f}"
-    )
-    found["no diagnosis"] = str(sum(row["verdict"] == "no diagnosis" for row in rows))
     return found
+
+
+def _score_figures(rows: Sequence[Row]) -> dict[str, str]:
+    """Scores of the probabilities; and with the hidden effects that were given less than is counted, as 0."""
+    pairs = [(s.probability, s.is_right) for row in rows for s in findings(row) if s.probability >= LEAST]
+    if not pairs:
+        return {}
+    hidden = [p for row in rows for p in probabilities(row).values()]
+    silent = [(0.0, True)] * sum(p < LEAST for p in hidden)
+    found = {"pairs of a set and an effect with P of at least 0.02": str(len(pairs))}
+    p, right = _columns(pairs)
+    found["expected calibration error, ten bins"] = f"{calibration_error(p, right):.3f}"
+    for title, counted in (("", pairs), (", hidden effects given less than 0.02 included", [*pairs, *silent])):
+        p, right = _columns(counted)
+        base = np.full(len(p), right.mean())
+        for name, loss in (("log score", log_score), ("Brier score", brier_score)):
+            found[f"{name}, and of base rates{title}"] = f"{loss(p, right):.3f}, {loss(base, right):.3f}"
+    found["hidden effects given less than 0.02"] = f"{len(silent)} of {len(hidden)}"
+    return found
+
+
+def _columns(pairs: Sequence[tuple[float, bool]]) -> tuple[np.ndarray, np.ndarray]:
+    return np.array([p for p, _ in pairs]), np.array([float(right) for _, right in pairs])
 
 
 def share(outcomes: Iterable[bool]) -> str:
@@ -202,15 +221,16 @@ def brier_score(p: np.ndarray, right: np.ndarray) -> float:
 
 
 def _cells(rows: Sequence[Row]) -> list[str]:
-    effects = [probability for row in rows for probability in row["hidden"].values()]
-    false = [sum(_is_false(s, FOUND) for s in row["said"]) for row in rows]
+    effects = [p for row in rows for p in probabilities(row).values()]
+    diagnosed = list(filter(is_diagnosed, rows))
+    false = [sum(s.is_likely_false(FOUND) for s in findings(row)) for row in diagnosed]
     return [
         str(len(rows)),
         share(p >= NAMED for p in effects),
         share(p >= FOUND for p in effects),
-        f"{np.mean(false):.2f}",
-        share(any(_is_false(s, WRONG + 1e-9) for s in row["said"]) for row in rows),
-        share(row["remains"] for row in rows),
+        f"{np.mean(false):.2f}" if false else "-",
+        share(map(is_wrong, diagnosed)),
+        share(row["remains"] for row in diagnosed),
     ]
 
 
@@ -219,12 +239,6 @@ def _is_told_as_lost(row: Row) -> bool:
     true, said = row["lost"]
     return true > 0.0 and said is not None
 
-
-def _is_false(said: Mapping[str, Any], least: float) -> bool:
-    return not said["right"] and said["probability"] >= least
-
-
-VERSIONS: Mapping[str, Callable[..., list[str]]] = {"other_robots_versions": other_robots_versions}
 
 PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "other_robots": other_robots,

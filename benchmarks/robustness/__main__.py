@@ -12,6 +12,7 @@ import json
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 from hydra import compose
@@ -67,7 +68,7 @@ def learned(recipe: str, seed: int) -> Path:
 
 def driven(recipe: str, seed: int, shop: Workshop, asked: Perturbations) -> PolicyRobustness:
     """What becomes of a recipe's policy on its robot, which is driven where that is not known."""
-    file = ROOT / recipe / f"robot_{seed}" / f"robustness_{asked.trials}.json"
+    file = ROOT / recipe / f"robot_{seed}" / f"robustness_{_key(asked, shop)}.json"
     if file.exists():
         return read_record(PolicyRobustness, file)
     if recipe == INTEGRAL:
@@ -80,6 +81,11 @@ def driven(recipe: str, seed: int, shop: Workshop, asked: Perturbations) -> Poli
     file.parent.mkdir(parents=True, exist_ok=True)
     write_record(file, found)
     return found
+
+
+def _key(asked: Perturbations, shop: Workshop) -> str:
+    """Of all that is asked: other levels, trials or rules of success are driven anew."""
+    return sha256(json.dumps(encoded([asked, shop.rules.default])).encode()).hexdigest()[:12]
 
 
 def keep(done: Sequence[Sequence[PolicyRobustness]], asked: Perturbations) -> None:

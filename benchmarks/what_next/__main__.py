@@ -1,10 +1,10 @@
-"""`python -m benchmarks.what_next [strata=single_1/4,pairs] [ways=usual,standing] [seeds=2000-2009] ...`.
+"""`python -m benchmarks.what_next [strata=single_1/4,pairs] [ways=usual,standing] [seeds=2005-2014] ...`.
 
 For each stratum, way to record first and seed: the hidden robot of that set of `benchmarks.other_robots`, with ideal
 sensors, is recorded and diagnosed. Where that stays open, so that an experiment is suggested, the robot is
 recorded for another 10 s in the same way, and for 10 s by the suggested experiment; each is diagnosed together with the
-first recording. What is there already is not done again, and is among the results. Further settings, with their
-defaults:
+first recording. What is there already is not done again, but one version must have diagnosed it. The results are of the
+strata, ways and seeds that are asked for. Further settings, with their defaults:
 
     root=outputs/bench/what_next            folder of the recordings
     code=.                                  folder of the twbal that diagnoses
@@ -20,19 +20,20 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from benchmarks.diagnosing import diagnosis_of
+from benchmarks.measure import version_of
 from benchmarks.other_robots.__main__ import seeds_of, sheet_of
 from benchmarks.other_robots.kinds import FOREIGN, equivalents
 from benchmarks.other_robots.recording import Recorded
-from benchmarks.other_robots.score import is_there, presliding_of
+from benchmarks.other_robots.score import presliding_of
 from benchmarks.other_robots.sets import Set, designed
-from benchmarks.settings import text_settings
+from benchmarks.settings import refuse_to_replace, rows_in, text_settings
 from benchmarks.what_next.recording import WAYS, first_and_repetition, suggested
 from benchmarks.what_next.tables import PARTS
 
 DEFAULTS = {
     "strata": "single 1/8,pairs,triples",
     "ways": ",".join(WAYS),
-    "seeds": "2000-2009",
+    "seeds": "2005-2014",
     "root": "outputs/bench/what_next",
     "code": ".",
     "results": "benchmarks/results/what_next.json",
@@ -66,12 +67,18 @@ def judged(case: Case) -> dict[str, Any]:
     file = case.folder / "judged.json"
     if file.exists():
         known: dict[str, Any] = json.loads(file.read_text())
+        if known.get("commit") != version_of(case.code):
+            raise SystemExit(
+                f"{case.folder} was diagnosed by commit {known.get('commit', 'unknown')}, not {version_of(case.code)}: "
+                "remove it, or change root= or code=."
+            )
         return known
     sheet = sheet_of(case.each)
     recorded = first_and_repetition(case.each, sheet, WAYS[case.way], case.folder)
     first = case.diagnosis("diagnosis", ["first"])
     row: dict[str, Any] = {"stratum": case.each.stratum, "seed": case.each.seed, "way": case.way}
     row |= {key: getattr(case.each, key) for key in ("rate", "sheet", "tolerance")}
+    row["commit"] = version_of(case.code)
     row |= {"hidden": sorted(recorded.hidden), "first": _said(first, recorded)}
     row["next"] = offered = first.get("next_experiment")
     if row["first"]["open"]:
@@ -89,17 +96,17 @@ def _said(diagnosis: Mapping[str, Any], recorded: Recorded) -> dict[str, Any]:
     It is open where nothing is named, where other effects do as well, or where no set of effects is sure.
     """
     hidden = [name for name in recorded.hidden if name not in FOREIGN]
-    there = [*hidden, *presliding_of(hidden)]
+    there = {*hidden, *presliding_of(hidden)}
     named = [effect for effect in diagnosis["effects"] if effect["is_named"]]
     return {
         "verdict": diagnosis["verdict"],
         "open": diagnosis["verdict"] in ("unknown", "undecided")
         or _surest(diagnosis["rivals"]) < _SURE
         or any(set(effect["equivalents"]) - equivalents(effect["name"]) for effect in named),
-        "named": [[effect["name"], is_there(effect, there)] for effect in named],
+        "named": [[effect["name"], bool(equivalents(effect["name"]) & there)] for effect in named],
         "likely": [[effect["name"], round(effect["probability"], 4)] for effect in diagnosis["effects"]],
         "rivals": [[rival["names"], round(rival["probability"], 4)] for rival in diagnosis["rivals"][:5]],
-        "missed": [name for name in hidden if not any(is_there(effect, [name]) for effect in named)],
+        "missed": [name for name in hidden if not any(name in equivalents(effect["name"]) for effect in named)],
     }
 
 
@@ -120,14 +127,15 @@ def main(words: Sequence[str]) -> None:
     settings = text_settings(DEFAULTS, words)
     strata, ways, seeds = settings["strata"].split(","), settings["ways"].split(","), seeds_of(settings["seeds"])
     root, code, results = (Path(settings[name]) for name in ("root", "code", "results"))
+    there = ((row["seed"], row["stratum"], row["way"]) for row in rows_in(results))
+    refuse_to_replace(results, there, product(seeds, strata, ways))
     rows = list[dict[str, Any]]()
     for seed, stratum, how in product(seeds, strata, ways):
         each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")
         row = judged(Case(each, how, root / f"{each.name}_{how}", code))
         after = {name: row[name]["verdict"] for name in ("first", "repetition", "suggested") if name in row}
         print(stratum, seed, how, after, flush=True)
-        rows = [json.loads(file.read_text()) for file in root.glob("*/judged.json")]
-        rows.sort(key=lambda row: (row["seed"], row["stratum"], row["way"]))
+        rows = sorted([*rows, row], key=lambda row: (row["seed"], row["stratum"], row["way"]))
         results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
         if sum(row["first"]["open"] for row in rows) >= int(settings["enough"]):
             break

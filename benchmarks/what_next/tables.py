@@ -39,15 +39,21 @@ def what_next_figures(results: Mapping[str, Any]) -> list[str]:
     offered = [row for row in opened if row["next"]]
     fell = [row["seconds_up"] < 9.9 for row in offered]
     both = [(row["next"]["separation"], row["next"]["repetition"]) for row in offered]
-    pairs = [tuple(not row[key]["open"] for key in _AFTER) for row in offered]
+    closed = [row["first"] for row in results["sets"] if not row["first"]["open"]]
     figures = {
-        "robots recorded": str(len(results["sets"])),
+        "first recordings": str(len(results["sets"])),
+        "not open at first": str(len(closed)),
+        "of these, all of it right": share(map(is_right, closed)),
+        "of these, something wrong is named": share(map(_is_wrong, closed)),
         "left open by the first recording": share(row["first"]["open"] for row in results["sets"]),
         "of these, an experiment is suggested": share(bool(row["next"]) for row in opened),
         "of these, the hidden robot falls in it": share(fell),
-        "decided by the suggested experiment alone": share(after and not before for before, after in pairs),
-        "decided by the repetition alone": share(before and not after for before, after in pairs),
     }
+    for key, name in (("suggested", "the suggested experiment"), ("repetition", "the repetition")):
+        figures[f"decided by {name} alone"] = share(_decided(row) == [key] for row in offered)
+        figures[f"decided by {name} alone, and all of it right"] = share(
+            _decided(row) == [key] and is_right(row[key]) for row in offered
+        )
     if both:
         medians = [median(column) for column in zip(*both, strict=True)]
         figures["expected log likelihood ratio, suggested / repetition, median"] = " / ".join(map(in_nats, medians))
@@ -57,8 +63,18 @@ def what_next_figures(results: Mapping[str, Any]) -> list[str]:
 def _cells(rows: Sequence[Row], key: str) -> list[str]:
     """Where nothing was suggested, nothing was decided."""
     said = [row.get(key, _OPEN) for row in rows]
-    wrong = [not each["open"] and not all(right for _, right in each["named"]) for each in said]
-    return [str(len(rows)), share(not each["open"] for each in said), share(map(is_right, said)), share(wrong)]
+    decided = [not each["open"] for each in said]
+    return [str(len(rows)), share(decided), share(map(is_right, said)), share(map(_is_wrong, said))]
+
+
+def _is_wrong(said: Row) -> bool:
+    """Whether it decides, and names something that is not there."""
+    return not said["open"] and not all(right for _, right in said["named"])
+
+
+def _decided(row: Row) -> list[str]:
+    """The second recordings with which a robot is no longer open."""
+    return [key for key in _AFTER if not row[key]["open"]]
 
 
 PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {

@@ -1,6 +1,7 @@
 """The truth of the hidden-effect benchmark is right, and shares nothing with what it tests."""
 
 import ast
+import json
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,7 @@ def test_torques_and_pushes_move_it_as_its_equations_say(joint, outside, push, p
     assert ride.tilt_rate() == pytest.approx(gained[1], rel=0.02)
 
 
+SINCE = ("against the noise-free truth", "from the refitted data sheet")
 GAP = {"refitted": 2.0, "after": 1.2, "noise_floor": 1.0}
 
 
@@ -83,7 +85,7 @@ def test_names_count_as_right_wrong_or_neither():
     clean, uneven = {"stratum": "clean", "hidden": {}}, {"stratum": "uneven", "hidden": {}}
     wired = {"stratum": "serial", "hidden": {"dead_zone": {"width": 1.0}, "motor_lag": {"time_constant": 0.02}}}
     labels = {"a": hidden, "b": hidden, "c": hidden, "d": hidden, "e": clean, "f": clean, "g": uneven, "h": clean}
-    labels |= {"i": wired, "j": wired}
+    labels |= {"i": wired, "j": wired, "k": wired}
     found = {"width": {"value": 1.1, "low95": 0.9, "high95": 1.2}}
     said = {
         "a": diagnosis("named", ["dead_zone"], parameters=found),
@@ -97,16 +99,45 @@ def test_names_count_as_right_wrong_or_neither():
         "i": diagnosis("named", ["dead_zone"]),
         "j": diagnosis("named", ["dead_zone", "cogging"]),
     }
-    figures = score(labels, said, dict.fromkeys(said, 3.0), {"a": 0.7})["figures"]
+    scored = score(labels, said, dict.fromkeys(said, 3.0), {"a": 0.7, "b": 0.1})
+    assert scored["failed_strata"] == {"k": "serial"}
+    figures = scored["figures"]
     assert figures["right, severity 1"] == "2 of 4"
     assert figures["right, clean"] == "1 of 3"
     assert figures["right, uneven"] == "1 of 1"
-    assert figures["right, serial"] == "1 of 2"
+    assert figures["right, serial"] == "1 of 3"  # one has no diagnosis
     assert figures["wrong name, all strata"] == "4 of 10"
-    assert figures["the same against the noise-free truth, median (10th percentile)"] == "0.700 (0.700)"
-    assert figures["gap closed in PyBullet where named, from the refitted data sheet, median"] == pytest.approx(0.8)
+    truly, refitted = (f"gap closed, {since}: median (10th percentile) of " for since in SINCE)
+    assert figures[f"{truly}2 sets"] == "0.400 (0.160)"  # wrong names count, too
+    assert figures[f"{refitted}8 sets"] == "0.800 (0.800)"
     assert figures["parameter error, median"] == pytest.approx(0.1)
     assert figures["95 % intervals that hold the truth"] == "1 of 1"
+
+
+def test_gaps_of_robots_with_backlash_stand_apart():
+    labels = {name: {"stratum": "pairs", "hidden": {"backlash": {"gap": 0.05}}} for name in "ab"}
+    said = {"a": diagnosis("named", ["backlash"], closed=0.2), "b": diagnosis("named", ["dead_zone"], closed=0.8)}
+    figures = score(labels, said, dict.fromkeys(said, 3.0), {})["figures"]
+    assert figures["gap closed, from the nominal: median (10th percentile) of 1 sets"] == "0.800 (0.800)"
+    name = "gap closed, where backlash is named, from the nominal: median (10th percentile) of 1 sets"
+    assert figures[name] == "0.200 (0.200)"
+
+
+@pytest.mark.parametrize(("files", "same"), [((), 0), (("diagnosis",), 0), (("diagnosis", "again"), 1)])
+def test_only_two_diagnoses_can_be_the_same(files, same, tmp_path, monkeypatch):
+    from benchmarks.hidden_effects import __main__ as bench
+
+    monkeypatch.setattr(bench, "ROOT", tmp_path)
+    monkeypatch.setattr(bench, "AGAIN", tmp_path / "again.json")
+    (each,) = bench.sets([5], ["still"])[:1]
+    for place in ("diagnosis", "again"):
+        folder = tmp_path / each.name / place
+        folder.mkdir(parents=True)
+        (folder / "cpu.json").write_text('{"cpu_s": 1.0}')
+        if place in files:
+            (folder / "diagnosis.json").write_text("{}")
+    bench.again([each], 1)
+    assert json.loads((tmp_path / "again.json").read_text())["figures"]["the same to the byte"] == f"{same} of 1"
 
 
 NAMED = {

@@ -452,7 +452,7 @@ def test_the_table_of_lost_commands_counts_what_was_told_and_whether_intervals_h
         {"excitation": "N", "lost": [0.06, [0.04, 0.03, 0.05]]},
         {"excitation": "N", "lost": [0.07, None]},
     ]
-    _, _, none, some = other_robots_lost({"sets": rows})
+    _, _, none, some = other_robots_lost({"sets": [{"verdict": "none", **row} for row in rows]})
     assert none.startswith("| none | 2 | 1 of 2")
     assert some.startswith("| 3 to 10 % | 3 | 2 of 3")
     assert "| 1 of 2 (1-99 %) | 1 of 1" in some

@@ -70,3 +70,6 @@ def test_the_table_counts_a_set_without_a_suggestion_as_not_decided():
     figures = "\n".join(what_next_figures({"sets": rows}))
     assert "| left open by the first recording | 2 of 3" in figures
     assert "| of these, the hidden robot falls in it | 0 of 1" in figures
+    assert "| of these, all of it right | 1 of 1" in figures
+    assert "| decided by the suggested experiment alone, and all of it right | 1 of 1" in figures
+    assert "| decided by the repetition alone | 0 of 1" in figures
