@@ -71,6 +71,17 @@ def test_what_a_dead_zone_takes_is_not_taken_for_weaker_motors(make, conf):  # n
     assert found([log], sheet).share < 0.9 * share
 
 
+def test_commands_that_no_motor_can_follow_count_as_what_it_gives(make, conf):  # noqa: F811
+    """A robot whose log has the commands from before they were cut to the torque limit."""
+    sheet, limit = conf("robot/paper"), 2.0
+    robot = make("paper", start=0.02, drive={"gain": (0.85, 1.15)})
+    log = driven(robot, sheet)
+    weak = replace(sheet, torque_limit=limit)
+    cut = replace(log, commands=np.clip(log.commands, -limit, limit))
+    assert (np.abs(log.commands) > limit).mean() > 0.05
+    assert found([log], weak) == found([cut], weak)
+
+
 def test_a_yaw_rate_that_was_not_measured_tells_nothing(make, conf):  # noqa: F811
     sheet = conf("robot/paper")
     log = driven(make("paper", start=0.02, drive={"gain": (0.85, 1.15)}), sheet, 750)

@@ -159,8 +159,8 @@ def is_uneven(paces: Sequence[LoopJitter]) -> bool:
     """Whether the loop of one robot is as uneven as its stamps, by all of its recordings.
 
     Together they tell it where one alone could not: the slope of found on wanted is about 1, or 0 where only the stamps
-    jitter. Its standard error is 1.4 over the root of wanted, as second differences are correlated. Where that is too large to tell, so little depends
-    on it that the loop is taken for an even one.
+    jitter. Its standard error is 1.4 over the root of wanted, as second differences are correlated. Where that is too
+    large to tell, so little depends on it that the loop is taken for an even one.
     """
     wanted = sum(pace.wanted for pace in paces)
     return wanted > _TOLD and sum(pace.found for pace in paces) > 0.5 * wanted

@@ -44,7 +44,7 @@ class DiagnosedSimulation:
     Attributes:
         robot: nominal parameters.
         effects: that it has already, by name.
-        physics_step: of its integrator [s].
+        physics_step: upper bound of that of its integrator [s].
     """
 
     robot: RobotParameters

@@ -16,6 +16,7 @@ from twbal.diagnosis.side_findings import MotorDifference
 from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import constants
 from twbal.planar.parameters import PlanarParameters
+from twbal.sysid.recording import commands_of
 
 _KERNEL, _TAPS = 0.3, 8.0  # s, and samples, of the bump through which all is seen, at least
 _LEAST = 0.02  # share that is worth a word
@@ -42,7 +43,7 @@ def motor_difference(
         planar: the model, for what its driver makes of commands, and how late.
         max_tilt: beyond which the robot has fallen [rad].
     """
-    parts = [part for episode in episodes if (part := _seen(episode, planar, robot.torque_limit, max_tilt)) is not None]
+    parts = [part for episode in episodes if (part := _seen(episode, robot, planar, max_tilt)) is not None]
     rows = sum(len(turning) for turning, _ in parts)
     if rows * robot.control_period < _FEWEST:
         return None
@@ -57,7 +58,7 @@ def motor_difference(
 
 
 def _seen(
-    episode: Episode, planar: PlanarParameters, torque_limit: float, max_tilt: float
+    episode: Episode, robot: RobotParameters, planar: PlanarParameters, max_tilt: float
 ) -> tuple[Array, Array] | None:
     """Yaw acceleration (n,), and what may make it (n, 6), torque first; None of an episode that tells nothing."""
     if any(of.channel in ("yaw_rate", "wheel_rate") for of in episode.estimated):
@@ -70,7 +71,7 @@ def _seen(
         return None
     k = constants(planar, period)
     late = 0.5 * period + k.delay + period * k.fade / max(k.lag, 1e-9)  # a lag is as late as its time constant
-    given = np.clip(episode.commands, -torque_limit, torque_limit)
+    given = commands_of(episode, robot)
     torque = np.array([driver_torque(planar, u, i * period) for i, u in enumerate(given)])
     steered = np.zeros(len(torque)) if episode.headings is None else episode.headings[:-1, _DIFFERENCE]
     acting = [smoothed(np.append(u, u[-1:])[:end], period, length, 0, late) for u in (torque, steered)]

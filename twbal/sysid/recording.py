@@ -180,6 +180,11 @@ def read_recordings(
     return recordings
 
 
+def commands_of(episode: Episode, robot: RobotParameters) -> Array:
+    """Commands (T,) of an episode, within what the motors of a robot can give by its data sheet [N·m]."""
+    return np.clip(episode.commands, -robot.torque_limit, robot.torque_limit)
+
+
 def commands_over(recordings: Sequence[Recording], parts: int) -> list[Array]:
     """Commands (T, k) of each recording in k equal parts of each period; 1 where all loops are even, else `parts`."""
     found = [recording.commands_over(parts) for recording in recordings]
@@ -307,7 +312,7 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     """One episode, up to the instant at which the robot has fallen."""
     seen, end = episode.observations, _end(episode, usability)
     measured = seen[:, _COLUMNS]
-    commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
+    commands = commands_of(episode, robot)[: max(end - 1, 0)]
     worked_out = {channel for channel, _ in episode.estimated}
     worked_out |= differenced_rates(measured[:end], seen[:end, _TIME])
     sensed = np.array([channel not in worked_out for channel in MEASURED])
