@@ -16,9 +16,9 @@ from twbal.algorithm.prediction import load_prediction
 from twbal.algorithm.summary import read_summary
 from twbal.cli.composed import composed
 from twbal.cli.main import main
-from twbal.cli.manifest import read_manifest
+from twbal.cli.manifest import StageWork, perform, read_manifest
 from twbal.cli.stages import iterate as stage
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, LinkError
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episodes
 from twbal.virtual_robot.process import VirtualRobotProcess
@@ -244,6 +244,36 @@ def test_a_run_that_is_killed_while_it_goes_on_can_go_on_again(tmp_path, monkeyp
     with pytest.raises(KeyboardInterrupt):
         stage.run(composed("iterate", ["updates=6"]), tmp_path, {}, [])
     assert run_without_work(monkeypatch, tmp_path, "updates=6") == [6]
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_a_run_that_ended_before_a_robot_was_driven_goes_on_with_another_link(driven, tmp_path, monkeypatch):
+    def lost(cfg, chain, *_):
+        rollout = chain.root / "iteration_0" / "rollout"
+        (rollout / "episodes").mkdir(parents=True)
+        (chain.root / "policy_0.pt").write_text("found in simulation")
+        driving = StageWork("real-rollout", rollout, "", {}, 0)
+        with pytest.raises(KeyboardInterrupt):
+            perform(driving, lambda: killed(rollout / "episodes" / "trial_000.mcap"))
+        raise LinkError("the robot is lost")
+
+    def killed(episode):
+        if driven:
+            episode.write_text("a log")
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, pytest.raises(LinkError):
+        patched.setattr(stage, "_learn_and_write", lost)
+        stage.run(composed("iterate", ["link.seed=2"]), tmp_path, {}, [])
+    other = ["link.seed=3", 'link.overrides=["faults=light"]']
+    with pytest.raises(ConfigError, match="is kept"):
+        run_without_work(monkeypatch, tmp_path, *other, "seed=9")
+    if driven:
+        with pytest.raises(ConfigError, match=r"is kept"):
+            run_without_work(monkeypatch, tmp_path, *other)
+    else:
+        assert len(run_without_work(monkeypatch, tmp_path, *other)) == 1
+        assert (tmp_path / "policy_0.pt").is_file()
 
 
 def test_a_run_whose_agent_was_trained_anew_is_not_taken_for_done(tmp_path, monkeypatch):

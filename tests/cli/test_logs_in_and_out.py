@@ -149,7 +149,7 @@ def test_a_robot_that_nobody_chose_is_said(words, is_said, run, log):
 def test_a_duty_cycle_is_imported_by_the_torque_limit_as_the_comments_of_its_guess_say(run, tmp_path):
     """The block `motor` may be gone, too."""
     path, rows = tmp_path / "theirs.csv", columns()
-    pwm = np.round(250 * rows[:, 7])
+    pwm = np.round(255 * rows[:, 7])
     theirs = np.column_stack([rows[:, 0], rows[:, 1], rows[:, 5], pwm])
     path.write_text(text(theirs, names=("t [s]", "pitch [rad]", "wheel_angle [rad]", "pwm")))
     code, said, _ = run("import-log", "guess=true", f"files={path}", "robot=balboa", out="guess")
@@ -306,6 +306,13 @@ def test_the_name_of_a_log_is_read_as_it_was_written(name, run, tmp_path):
     assert OmegaConf.create(episode.provenance.config).imported_from == name
 
 
+def test_a_file_that_is_imported_again_with_another_mapping_alone_is_no_warning(run, log):
+    words = [(), ("++import.quantities.tilt.scale=1.01",), ("import.skip=0.01",), ("import.skip=0.01",)]
+    told = [run("import-log", f"files={log}", ROBOT, *more, out=f"im_{k}")[1] for k, more in enumerate(words)]
+    lines = [[line for line in said.splitlines() if "imported before" in line] for said in told]
+    assert [["WARNING" in line for line in found] for found in lines] == [[], [False], [False], [True]]
+
+
 def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):
     code, first, _ = run("import-log", f"files={log}", ROBOT, out="first")
     assert code == 0
@@ -316,9 +323,11 @@ def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):
     _, again, _ = run("import-log", f"files={renamed}", ROBOT, "import.skip=0.01", out="again")
     assert f"{renamed} has been imported before, into " in again
     assert "first" in again.split("imported before, into ")[1].splitlines()[0]
+    assert "WARNING: " in next(line for line in again.splitlines() if "imported before" in line)
     _, third, _ = run("import-log", f"files={log}", ROBOT, out="third")
     assert third.count("has been imported before") == 1
     assert "again and 1 other folder: give later stages one of them" in third
+    assert "WARNING: " in next(line for line in third.splitlines() if "imported before" in line)
     _, part, _ = run("import-log", f"files={cut}", ROBOT, out="part")
     assert "cut has 300 of its 300 rows in common with " in part
     other = tmp_path / "other.csv"
@@ -403,6 +412,8 @@ def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path
     assert code == 0
     words = shlex.split(said.split("next  twbal ")[1])
     assert words[0] == "diagnose"
+    told = f"the logs have a control period of {1 / rate:.6g} s; the sheet of robot regbot says 0.015 s"
+    assert told in said
     with composing():
         cfg = compose("diagnose", words[1:])
     assert cfg.robot.control_period == 1 / rate
@@ -412,6 +423,17 @@ def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path
     (recorded,) = [read_episode(file) for file in episode_files(cfg.episodes)]
     limits = Usability(cfg.min_length, cfg.min_samples, cfg.max_yaw_rate, cfg.max_tilt)
     assert len(read_recordings([recorded], ["ride"], instantiate(cfg.robot), limits)) == 1
+
+
+def test_the_next_command_has_the_period_of_the_log_in_the_place_of_another_one_that_was_given(run, tmp_path):
+    rows = columns()
+    rows[:, 0] = np.arange(len(rows)) / 60.0
+    (tmp_path / "ride.csv").write_text(text(rows))
+    code, said, _ = run("import-log", f"files={tmp_path / 'ride.csv'}", "robot.control_period=0.02", out="imported")
+    assert code == 0 and "the logs have a control period of 0.0166667 s; the sheet of robot" in said
+    words = shlex.split(said.split("next  twbal ")[1])
+    (period,) = [word.partition("=")[2] for word in words if "control_period" in word]
+    assert float(period) == pytest.approx(1 / 60)
 
 
 @pytest.mark.parametrize("guess", [(), ("guess=true",)])

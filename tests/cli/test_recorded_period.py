@@ -89,7 +89,7 @@ def test_an_identification_takes_it_with_a_step_that_divides_it_and_its_next_com
     step = yaml.safe_load((tmp_path / "identified.yaml").read_text())["physics_step"]
     assert step <= 0.001 and PERIOD / step == pytest.approx(round(PERIOD / step), rel=1e-9)
     made_by = settings_in(tmp_path)
-    assert made_by["robot"]["control_period"] == PERIOD and made_by["sim"]["physics_step"] == step
+    assert made_by["robot"]["control_period"] == PERIOD and made_by["sim"]["physics_step"] == step == PERIOD / 15
     stage, following = words_of(said)
     cfg = composed(stage, following)
     assert stage == "iterate" and cfg.robot.control_period == PERIOD

@@ -158,10 +158,12 @@ _IDENTIFY = "twbal identify episodes=outputs/real-rollout/..."
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
 _MY_LQR = "twbal lqr --config-dir=my_conf robot=my_robot hydra.run.dir=outputs/my_lqr"
+_NEW_LQR = "twbal lqr robot=<name> hydra.run.dir=outputs/new_lqr"
 _BRAKED = (
     "twbal sim-collect policy=excite policy.command_width=0.1 start.tilt_mean=0 rollouts=3 steps=500 "
     "hydra.run.dir=braked +effect@sim.effects.sensor_noise=sensor_noise +effect@sim.effects.eddy_brake=eddy_brake"
 )
+_ON_MODEL = tuple(word for word in SMALL["optimise-policy"] if not word.startswith("robust."))  # with robust=none
 _SMALL_DATA = "twbal sim-collect rollouts=6 hydra.run.dir=small/data"
 _SMALL_MODEL = "twbal fit-sim-gp episodes=small/data hydra.run.dir=small/model"
 _ONE_LEVEL = (
@@ -267,8 +269,12 @@ TABLE: Mapping[str, How] = {
     "twbal diagnose episodes=braked diagnosis.max_effects=1": Stage(slow=True, after=(_BRAKED,)),
     _SMALL_DATA: Stage(),
     _SMALL_MODEL: Stage(slow=True, after=(_SMALL_DATA,)),
-    "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "
-    "search.long_iterations=0": Stage(slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
+    "twbal optimise-policy dynamics=small/model/model.pt robust=none search.restarts=1 search.iterations=3 "
+    "search.long_iterations=0": Stage(small=_ON_MODEL, slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
+    _NEW_LQR: Stage({"<name>": "balboa"}),
+    "twbal sim-collect robot=<name> policy=saved policy.path=outputs/new_lqr/policy.pt rollouts=2": Stage(
+        {"<name>": "balboa"}, after=(_NEW_LQR,)
+    ),
     "twbal iterate robot=<name> robust=none ensemble=none updates=1 trials=2 sim_collect.rollouts=6 search.restarts=1 "
     "search.iterations=3 search.long_iterations=0": Stage({"<name>": "balboa"}, slow=True),
     "python -m pytest tests/link/conformance --robot=/dev/ttyUSB0": _TRIED,

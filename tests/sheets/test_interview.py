@@ -241,3 +241,23 @@ def test_a_limit_is_written_as_no_more_than_single_precision_tells(value):
 def test_a_name_that_is_no_file_name_is_refused(name):
     with pytest.raises(ConfigError, match="cannot be called"):
         check_name(name)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "unit"),
+    [
+        ("body_inertia_pitch", "60000", "g cm²"),  # 7 cm of gyration beside a centre of mass at 9 cm
+        ("body_inertia_pitch", "6000", "kg mm²"),  # the same; in g cm² it would be 2 cm
+        ("body_inertia_pitch", "6000000", "g mm²"),
+        ("body_inertia_roll", "70000", "g cm²"),
+    ],
+)
+def test_an_inertia_without_a_unit_is_offered_the_one_in_which_it_belongs_to_the_body(key, text, unit):
+    known = {"body_mass": 1.09, "com_height": 0.09, "wheel_mass": 0.04, "wheel_radius": 0.04}
+    known |= {} if key == "body_inertia_pitch" else {"body_inertia_pitch": 6e-3}
+    with pytest.raises(ConfigError, match=f"Then write `{text} {unit}`"):
+        answered(QUESTIONS[key], text, known)
+
+
+def test_the_question_for_the_wheel_says_which_number_is_on_the_package():
+    assert "radius of the wheels, half the diameter on the package" in QUESTIONS["wheel_radius"].what

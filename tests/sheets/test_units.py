@@ -42,6 +42,8 @@ def test_a_unit_is_what_it_is_defined_as_however_it_is_typed(text, unit, value):
         ("five", "m", "is no number; expected one such as 0.25 or 0.25 m"),
         ("", "m", "is no number"),
         ("1e999", "m", "is no finite number"),
+        ("1/0", "s", "is no finite number"),
+        ("1/60/2", "s", "has the unit '/2'"),
         ("110:1", "", "expected none, as it is a plain number"),
     ],
 )
@@ -54,3 +56,13 @@ def test_the_likeliest_unit_of_a_slip_comes_first():
     assert meant(76.0, "m", 0.004, 2.0)[0] == "mm"
     assert meant(100.0, "s", 0.001, 0.1)[0] in ("Hz", "ms")
     assert meant(0.0, "m", 0.004, 2.0) == []
+
+
+@pytest.mark.parametrize(("text", "value"), [("1/60", 1 / 60), ("1/60 s", 1 / 60), ("1000 / 70 ms", 1 / 70)])
+def test_a_fraction_is_a_number(text, value):
+    assert quantity(text, "s")[0] == pytest.approx(value, rel=1e-12)
+
+
+def test_an_inertia_in_the_thousands_is_taken_for_one_in_g_cm2_first():
+    assert meant(2000.0, "kg·m²", 1e-7, 1.0)[0] == "g·cm²"
+    assert meant(60.0, "kg·m²", 1e-6, 30.0)[0] != "g·cm²"

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 import pytest
 
+from twbal.core.engine import substeps
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
@@ -222,3 +223,15 @@ def test_the_heading_of_a_pose_is_how_far_it_has_turned_to_the_left(paper):
     assert world.pose().heading == pytest.approx(turned, rel=1e-3)
     assert turned > 0.1
     world.close()
+
+
+@pytest.mark.parametrize("period", [0.0166667, 0.0143, 0.05000000074505806])
+def test_the_physics_step_is_an_upper_bound(paper, period):
+    """A bound of a millisecond is the same to the bit as the longest step that divides the period."""
+    robot = replace(paper, control_period=period)
+
+    def after(step):
+        with plant(robot, physics_step=step) as simulated:
+            return drive(simulated, 0, [1.0, -1.0, 2.0])[-1]
+
+    assert np.array_equal(after(0.001), after(period / substeps(period, 0.001)))

@@ -67,10 +67,23 @@ def has_group(name: str) -> bool:
 
 
 def add_override(word: str) -> None:
-    """Let this run count as given a word that it goes by, for the next commands that it prints."""
+    """Let this run count as given a word that it goes by, for the next commands that it prints.
+
+    It takes the place of a word for the same key.
+    """
     hydra = HydraConfig.get()
     with read_write(cast(DictConfig, hydra)):
-        hydra.overrides.task.append(word)
+        hydra.overrides.task = last_of_each([*hydra.overrides.task, word])
+
+
+def last_of_each(words: Iterable[str]) -> list[str]:
+    """Overrides, of which the last one for each key is kept: it is the one that counts."""
+    kept = dict[str, str]()
+    for word in words:
+        key = word.partition("=")[0]
+        kept.pop(key, None)
+        kept[key] = word
+    return list(kept.values())
 
 
 def chosen_overrides(*groups: str) -> str:
@@ -79,10 +92,16 @@ def chosen_overrides(*groups: str) -> str:
     Of a choice that an experiment or a method made, too. Where this stage has no `sim`, that of the robot's own name
     is chosen, if there is one.
     """
+    return "".join(f" {shlex.quote(word)}" for word in _chosen_words(groups))
+
+
+def _chosen_words(groups: Sequence[str]) -> list[str]:
+    """The same words, not quoted."""
     if not groups:
-        return ""
+        return []
     hydra = HydraConfig.get()
-    words = [word for word in hydra.overrides.task if re.match(rf"[+~]*({'|'.join(groups)})\b", word)]
+    given = last_of_each(hydra.overrides.task)
+    words = [word for word in given if re.match(rf"[+~]*({'|'.join(groups)})\b", word)]
     default = _default_choices(hydra)
     chosen = {group: hydra.runtime.choices[group] for group in groups if group in default}
     overridden = {word.split("=", 1)[0] for word in words}
@@ -94,7 +113,7 @@ def chosen_overrides(*groups: str) -> str:
     if "sim" in groups and "sim" not in default:
         simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
         found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
-    return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
+    return [*words, *found]
 
 
 def _values_of_experiment(hydra: HydraConf, groups: Sequence[str], default: Mapping[str, Any]) -> list[str]:
@@ -144,7 +163,8 @@ def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:
         groups: of which it takes what this run chose and set, as in `chosen_overrides`.
     """
     words = [f"{key}={text(str(value) if isinstance(value, Path) else value)}" for key, value in settings.items()]
-    return shlex.join(["twbal", stage, *configuration_flags(), *words]) + chosen_overrides(*groups)
+    chosen = [word for word in _chosen_words(groups) if word.partition("=")[0] not in settings]
+    return shlex.join(["twbal", stage, *configuration_flags(), *words, *chosen])
 
 
 def say(line: str) -> None:

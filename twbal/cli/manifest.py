@@ -139,7 +139,7 @@ def _done_before(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], 
     if before is None:
         _refuse_files_of_others(step.out)
         return None
-    if before.fingerprint != fingerprint and (before.complete or _lying_in(step.out)):
+    if before.fingerprint != fingerprint and (before.complete or lying_in(step.out)):
         raise ConfigError(_other_work(step, inputs, before))
     return before if before.complete and _outputs_are_whole(step.out, before) else None
 
@@ -256,7 +256,7 @@ def _source_hash() -> str:
     return digest.hexdigest()
 
 
-def _lying_in(folder: Path) -> list[str]:
+def lying_in(folder: Path) -> list[str]:
     """Files in a folder but for what work that failed at once leaves: manifests, and what Hydra and sweeps write."""
     inside = (path.relative_to(folder) for path in sorted(folder.rglob("*")) if path.is_file())
     return [
@@ -272,7 +272,7 @@ def _refuse_files_of_others(folder: Path) -> None:
     Raises:
         ConfigError: it has some.
     """
-    files = _lying_in(folder)
+    files = lying_in(folder)
     if files:
         more = f" and {len(files) - _LISTED} more" if len(files) > _LISTED else ""
         raise ConfigError(

@@ -11,24 +11,21 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.composition import loaded
 from twbal.cli.conf_folder import conf_folder
-from twbal.cli.config_check import FIND_THEIR_STEP, check_configuration
-from twbal.cli.console import add_override, has_group, overridden, say
-from twbal.core.engine import dividing_step
+from twbal.cli.config_check import check_configuration
+from twbal.cli.console import add_override, has_group, next_command, overridden, say
 from twbal.core.errors import DataError
 from twbal.io.logs import read_control_period, read_episode
 from twbal.io.recorded_sheet import is_of_sheet
 from twbal.sysid.recording import SAME_PERIOD
 
-_NEARLY = 1e-9  # share of a step by which the same one may differ
-KEY, STEP, VIRTUAL = "robot.control_period", "sim.physics_step", "link.overrides"
+KEY, VIRTUAL = "robot.control_period", "link.overrides"
 
 
 def take_recorded_period(cfg: DictConfig, stage: str, files: Sequence[Path]) -> None:
     """Let a stage go by the control period of its logs, unless the command line says another one.
 
     Args:
-        cfg: of the stage, as composed; changed where the logs have another period than the robot's sheet, and its
-            physics step too where that does not divide the period and the stage finds none by itself.
+        cfg: of the stage, as composed; changed where the logs have another period than the robot's sheet.
         stage: its name on the command line.
         files: logs that it reads.
 
@@ -53,8 +50,6 @@ def take_recorded_period(cfg: DictConfig, stage: str, files: Sequence[Path]) -> 
     say(f"{found} The former is used.")
     OmegaConf.update(cfg, KEY, period)
     add_override(f"{KEY}={period!r}")
-    for key, step in ({} if stage in FIND_THEIR_STEP else step_that_divides(cfg, cfg.sim.physics_step)).items():
-        OmegaConf.update(cfg, key, step)
     check_configuration(cfg, stage)
 
 
@@ -68,17 +63,19 @@ def virtual_robot_at(period: float) -> Mapping[str, list[str]]:
     """
     if not overridden(KEY) or has_group("link"):
         return {}
-    step = loaded(conf_folder() / "virtual_robot.yaml")["physics_step"]
-    words = [f"{KEY}={period!r}", f"physics_step={dividing_step(period, step)!r}"]
-    return {VIRTUAL: [*loaded(conf_folder() / "groups" / "link.yaml")["virtual"]["overrides"], *words]}
+    given = loaded(conf_folder() / "groups" / "link.yaml")["virtual"]["overrides"]
+    return {VIRTUAL: [*given, f"{KEY}={period!r}"]}
 
 
-def step_that_divides(cfg: DictConfig, physics_step: float) -> Mapping[str, float]:
-    """The setting that a simulation of a next command needs where its physics step does not divide the control period.
+def drive_next(policy: Path, period: float) -> str:
+    """The next command that drives the robot by a policy; a virtual robot then has the control period of this run.
 
     Args:
-        cfg: of a stage.
-        physics_step: of that simulation [s].
+        policy: its file.
+        period: the robot's control period in this run [s].
     """
-    step = dividing_step(cfg.robot.control_period, physics_step)
-    return {} if abs(step - physics_step) <= _NEARLY * physics_step else {STEP: step}
+    virtual = virtual_robot_at(period)
+    if virtual:
+        say(f"the next command drives a virtual robot of this control period, by {VIRTUAL}=[...]; to drive your own,")
+        say("write link=serial link.port=... in the place of that")
+    return next_command("real-rollout", {"policy.path": policy, **virtual}, "robot", "state")

@@ -14,6 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.algorithm.tested_robot import TestedRobot
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import explained
+from twbal.cli.typed_config import with_used_step
 from twbal.cli.yaml_data import OF_A_RUN, read_yaml
 from twbal.core.errors import ConfigError, DataError
 from twbal.virtual_robot.drawn import draw_ground_truth
@@ -128,4 +129,4 @@ def described(cfg: DictConfig) -> Mapping[str, Any]:
     """What of the configuration of `twbal virtual-robot` decides what its robot does, as plain values."""
     plain = OmegaConf.to_container(cfg, resolve=True)
     assert isinstance(plain, dict)
-    return {key: plain[key] for key in (*_DECIDE, "seed")}
+    return {key: with_used_step(plain)[key] for key in (*_DECIDE, "seed")}

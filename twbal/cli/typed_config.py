@@ -10,6 +10,7 @@ from hydra.utils import instantiate
 from omegaconf import MISSING, DictConfig, OmegaConf
 
 from twbal.cli.composition import FLOAT
+from twbal.core.engine import dividing_step
 
 Settings = TypeVar("Settings")
 
@@ -60,8 +61,18 @@ def members(cfg: DictConfig) -> tuple[Any, ...]:
     return tuple(built.values() if isinstance(built, dict) else built)
 
 
+def with_used_step(plain: dict[Any, Any]) -> dict[Any, Any]:
+    """The same configuration, as plain values, with the physics steps that are used of those that are upper bounds."""
+    robot, step = plain.get("robot"), "physics_step"
+    period = robot.get("control_period") if isinstance(robot, dict) else None
+    for node in (plain, plain.get("sim")):
+        if isinstance(node, dict) and isinstance(node.get(step), float) and isinstance(period, float):
+            node[step] = dividing_step(period, node[step])
+    return plain
+
+
 def recorded(cfg: DictConfig, without: Iterable[str]) -> str:
-    """The resolved configuration as yaml text with sorted keys.
+    """The resolved configuration as yaml text with sorted keys; physics steps are those that are used.
 
     Args:
         cfg: of a stage.
@@ -73,6 +84,7 @@ def recorded(cfg: DictConfig, without: Iterable[str]) -> str:
     """
     plain = OmegaConf.to_container(cfg, resolve=True, enum_to_str=True)
     assert isinstance(plain, dict)
+    with_used_step(plain)
     for key in without:
         *parents, name = key.split(".")
         node: Any = plain

@@ -10,6 +10,10 @@ from twbal.core.robot_model import EffectState, RobotModel
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 
+NEARLY = 1e-6
+"""Share of a physics step by which the one that is used may be longer: of periods written to few digits."""
+_SAME = 1e-9  # share of a step by which the same one may differ
+
 
 class RobotMotion(NamedTuple):
     """True motion of a robot at one instant.
@@ -66,11 +70,11 @@ class EnginePlant(Plant):
         model: the robot with its effects.
         engine: integrates it, at `physics_step`.
         start: where rollouts begin.
-        physics_step: [s].
+        physics_step: [s]; divides the control period, as that of `dividing_step` does.
         seed: of all randomness.
 
     Raises:
-        ConfigError: the physics step does not divide the control period.
+        ConfigError: the physics step is not positive.
     """
 
     def __init__(self, model: RobotModel, engine: Engine, start: StartPose, physics_step: float, seed: int) -> None:
@@ -143,31 +147,31 @@ class EnginePlant(Plant):
 
 
 def substeps(control_period: float, physics_step: float) -> int:
-    """Physics steps in a control period.
+    """Physics steps in a control period, each of them at most `physics_step` long, up to a share `NEARLY` of it.
 
-    Raises:
-        ConfigError: there is not a whole number of them.
-    """
-    _require_positive(physics_step)
-    count = round(control_period / physics_step)
-    if count < 1 or abs(count * physics_step - control_period) > 1e-9 * control_period:
-        raise ConfigError(
-            f"A control period of {control_period} s is not a whole number of physics steps of {physics_step} s; "
-            f"try sim.physics_step={dividing_step(control_period, physics_step)!r}."
-        )
-    return count
-
-
-def dividing_step(control_period: float, physics_step: float) -> float:
-    """The longest step that divides a control period and is no longer than a physics step [s].
+    Args:
+        control_period: [s].
+        physics_step: upper bound [s].
 
     Raises:
         ConfigError: the physics step is not positive.
     """
-    _require_positive(physics_step)
-    return control_period / max(ceil(control_period / physics_step - 1e-9), 1)
-
-
-def _require_positive(physics_step: float) -> None:
     if not 0 < physics_step < float("inf"):
         raise ConfigError(f"The physics step must be positive and finite; found {physics_step} s.")
+    return max(ceil(control_period / physics_step - NEARLY), 1)
+
+
+def dividing_step(control_period: float, physics_step: float) -> float:
+    """The step that is used: the longest one that divides a control period and is at most a physics step [s].
+
+    Where the period is a whole number of physics steps, it is `physics_step` itself, to the bit.
+
+    Args:
+        control_period: [s].
+        physics_step: upper bound [s].
+
+    Raises:
+        ConfigError: the physics step is not positive.
+    """
+    step = control_period / substeps(control_period, physics_step)
+    return physics_step if abs(step - physics_step) <= _SAME * physics_step else step

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.compiled import kernel, rarely
-from twbal.core.engine import substeps
+from twbal.core.engine import dividing_step, substeps
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation, Plant, Pose
@@ -140,11 +140,11 @@ class PlanarPlant(Plant):
         effects: what the data sheet leaves out. Of `SensorNoise` it takes the standard deviations; its noise is drawn
             from (seed, trial) too, but in an order of its own.
         start: where rollouts begin.
-        physics_step: [s]; divides the control period.
+        physics_step: [s]; the one that is used is the longest that is no longer and divides the control period.
         seed: of all randomness.
 
     Raises:
-        ConfigError: the physics step does not divide the control period, the planar model has no such effect, or
+        ConfigError: the physics step is not positive, the planar model has no such effect, or
             effects do not go together.
     """
 
@@ -160,7 +160,8 @@ class PlanarPlant(Plant):
         self.control_period, self.command_limit = robot.control_period, robot.torque_limit
         self._planar_model = planar_parameters(robot, values_of(effects))
         self._substeps = substeps(robot.control_period, physics_step)
-        self._constants: Constants = constants(self._planar_model, physics_step)
+        step = dividing_step(robot.control_period, physics_step)
+        self._constants: Constants = constants(self._planar_model, step)
         noises = [astuple(effect) for effect in effects if isinstance(effect, SensorNoise)]
         self._noise = np.array(noises[0] if noises else [0.0] * 6)
         if self._constants.play.gap > 0 and self._constants.grip < UNBOUNDED:

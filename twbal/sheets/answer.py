@@ -5,8 +5,10 @@ from typing import NamedTuple
 from twbal.core.errors import ConfigError
 from twbal.core.robot_sheet import ValueProvenance
 from twbal.sheets.questions import QUESTIONS, Question, Values, Way
-from twbal.sheets.size import Range, believed_range
-from twbal.sheets.units import meant, quantity
+from twbal.sheets.size import LONGEST_LEVER, USUAL_LEVER, believed_range
+from twbal.sheets.units import UNITS, meant, quantity
+
+_OTHER_AXES = 0.1, 10.0  # inertias in roll and yaw over that in pitch, at most
 
 
 class Answer(NamedTuple):
@@ -64,7 +66,7 @@ def _given(question: Question, text: str, known: Values) -> Answer:
         raise ConfigError(f"{question.key}: {error}" + (f" Or compute it: {ways}." if ways else "")) from error
     _check_sign(question, value)
     if not has_unit:
-        _check_unit(question, value, number, believed_range(question, known))
+        _check_unit(question, value, number, known)
     return Answer(value, provenance or question.provenance, source.strip())
 
 
@@ -80,16 +82,34 @@ def _check_sign(question: Question, value: float) -> None:
         raise ConfigError(f"{key} must be more than 0 {unit}; found {value:.6g}. It is {question.what}.")
 
 
-def _check_unit(question: Question, value: float, text: str, expected: Range) -> None:
+def _check_unit(question: Question, value: float, text: str, known: Values) -> None:
     """Raise ConfigError where a number without a unit is beyond what is expected: a slip of the unit, as a rule."""
-    key, unit = question.key, question.unit
+    key, unit, expected = question.key, question.unit, believed_range(question, known)
     if expected.low <= value <= expected.high:
         return
-    others = meant(value, unit, expected.usual, expected.high)
+    others = _of_a_body(question, value, meant(value, unit, expected.usual, expected.high), known)
     slip = f" Is it in {others[0]}? Then write `{text} {others[0].replace('·', ' ')}`." if others else ""
     insist = f" If it is right, write `{text} {unit.replace('·', ' ')}`." if unit else ""
     found = f"{key} is {value:.6g} {unit}".strip()
     raise ConfigError(f"{found}; expected {expected.in_words(unit)} ({expected.why or question.what}).{slip}{insist}")
+
+
+def _of_a_body(question: Question, value: float, units: list[str], known: Values) -> list[str]:
+    """Units of an inertia of a body, those first in which it belongs to the body's mass and centre of mass, or pitch.
+
+    Args:
+        question: that a number without unit answers.
+        value: the number.
+        units: that it may have.
+        known: values of earlier answers.
+    """
+    if not question.key.startswith("body_inertia") or not {"body_mass", "com_height"} <= known.keys():
+        return units
+    if question.key != "body_inertia_pitch" and "body_inertia_pitch" in known:
+        low, high = (factor * known["body_inertia_pitch"] for factor in _OTHER_AXES)
+    else:
+        low, high = (known["body_mass"] * (known["com_height"] / lever) ** 2 for lever in (LONGEST_LEVER, USUAL_LEVER))
+    return sorted(units, key=lambda name: not low <= value * UNITS[question.unit][name] <= high)
 
 
 def _check_computed(question: Question, way: Way, value: float, known: Values) -> None:

@@ -4,11 +4,9 @@ from math import sqrt
 
 from twbal.core.robot_parameters import RobotParameters
 from twbal.sheets.questions import VALUES, Question, Values
-from twbal.sheets.size import Range, believed_range
+from twbal.sheets.size import LONGEST_LEVER, USUAL_LEVER, Range, believed_range
 from twbal.sheets.units import meant
 
-_LONGEST_LEVER = 6.0  # times the body's radius of gyration in pitch; of packaged robots upkie has the longest, 1.9
-_USUAL_LEVER = 0.3  # times the same; of packaged robots the Tumbller has the shortest, 0.5
 _SELDOM_MEANT = ("in", "mrad")
 
 
@@ -36,14 +34,14 @@ def _expected(question: Question, known: Values) -> Range:
     if question.key != "com_height" or not {"body_mass", "body_inertia_pitch"} <= known.keys():
         return expected
     gyration = sqrt(known["body_inertia_pitch"] / known["body_mass"])
-    longest = _LONGEST_LEVER * gyration
+    longest = LONGEST_LEVER * gyration
     if longest >= expected.high:
         return expected
     why = (
-        f"{question.what}: at most {_LONGEST_LEVER:g} times the body's radius of gyration of {gyration:.3g} m, by its "
-        "mass and inertia"
+        f"{question.what}: at most {LONGEST_LEVER:g} times the body's radius of gyration of {gyration:.3g} m, by "
+        "body_mass and body_inertia_pitch, of which one may be wrong instead"
     )
-    return Range(expected.low, longest, max(expected.low, _USUAL_LEVER * gyration), why)
+    return Range(expected.low, longest, max(expected.low, USUAL_LEVER * gyration), why)
 
 
 def _doubt(name: str, question: Question, value: float, expected: Range) -> str:

@@ -113,7 +113,7 @@ _DATA_SHEET, _GUESS = ValueProvenance.DATA_SHEET, ValueProvenance.GUESS
 VALUES: tuple[Question, ...] = (
     Question(
         *("control_period", "s", "time for which each command is held"),
-        "Of your firmware's loop; 100 Hz is an answer, too.",
+        "Of your firmware's loop; 60 Hz and 1/60 are answers, too.",
         *(0.001, 0.1),
         _DATA_SHEET,
     ),
@@ -127,7 +127,7 @@ VALUES: tuple[Question, ...] = (
         ways=(_LESS_WHEELS,),
     ),
     Question(
-        *("wheel_radius", "m", "radius of the wheels"),
+        *("wheel_radius", "m", "radius of the wheels, half the diameter on the package"),
         *("Half the diameter; better, roll the robot for ten turns of a wheel: answer ten_turns.", 0.008, 0.5),
         ways=(_TEN_TURNS,),
     ),

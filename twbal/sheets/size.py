@@ -12,6 +12,10 @@ _LEAST_GYRATION = 5e-3  # radius of gyration of a body [m]; that of a cube of 12
 _MOST_LENGTH = 25.0  # times the wheels' radius; of packaged robots the esp32 has the widest track, 7.4
 _LEAST_BODY = 0.5  # times the mass of a wheel; of packaged robots the paper's has the lightest body, 10
 _MOTORS = {"torque_limit": 1, "stall_torque": 2}  # by which the torque of both is divided
+LONGEST_LEVER = 3.0
+"""Most of com_height over the body's radius of gyration in pitch; of packaged robots upkie has the longest, 1.9."""
+USUAL_LEVER = 0.3
+"""Least of the same; of packaged robots the Tumbller has the shortest, 0.5."""
 _MASSES = ("body_mass", "wheel_mass", "wheel_radius")
 
 

@@ -1,8 +1,8 @@
-"""Numbers with units as people write them: `1090 g`, `7.6 cm`, `8.5 kg·cm`, `100 Hz`."""
+"""Numbers with units as people write them: `1090 g`, `7.6 cm`, `8.5 kg·cm`, `100 Hz`, `1/60`."""
 
 import re
 from collections.abc import Mapping
-from math import isfinite, pi
+from math import inf, isfinite, pi
 
 from twbal.core.errors import ConfigError
 
@@ -25,6 +25,8 @@ UNITS: Mapping[str, Mapping[str, float]] = {
 """Factor to the SI unit, by that unit and by each unit that is understood in its place."""
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_DIVISOR = re.compile(r"\s*/\s*(\d+\.?\d*|\.\d+)(?![\d.])")
+_THOUSANDS = 1000.0  # from this number on an inertia is most often in g·cm², as CAD programs and data sheets have it
 _FREQUENCY = {"hz": 1.0, "khz": 1e3}
 
 
@@ -41,6 +43,8 @@ def quantity(text: str, unit: str) -> tuple[float, bool]:
     if rest[:1] == ",":
         raise ConfigError(f"{text!r} has a comma; expected is a point: {text.replace(',', '.')!r}.")
     value = float(number[0])
+    if divisor := _DIVISOR.match(rest):
+        value, rest = value / float(divisor[1]) if float(divisor[1]) else inf, rest[divisor.end() :].strip()
     if not isfinite(value):
         raise ConfigError(f"{text!r} is no finite number.")
     if not rest:
@@ -56,13 +60,17 @@ def quantity(text: str, unit: str) -> tuple[float, bool]:
 
 
 def meant(value: float, unit: str, low: float, high: float) -> list[str]:
-    """The units in which a number without one would lie within a range, nearest to its geometric middle first."""
+    """The units in which a number without one would lie within a range, nearest to its geometric middle first.
+
+    Of inertias in the thousands g·cm² is the first.
+    """
     sizes = {name: abs(value) * factor for name, factor in UNITS[unit].items() if factor != 1.0}
     if unit == "s" and value > 0:
         sizes["Hz"] = 1.0 / value
     middle = (max(low, high * 1e-6) * high) ** 0.5
     fitting = [name for name, size in sizes.items() if low <= size <= high]
-    return sorted(fitting, key=lambda name: max(sizes[name] / middle, middle / sizes[name]))
+    first = "g·cm²" if abs(value) >= _THOUSANDS else ""
+    return sorted(fitting, key=lambda name: (name != first, max(sizes[name] / middle, middle / sizes[name])))
 
 
 def _plain(unit: str) -> str:

@@ -24,7 +24,7 @@ class RandomisedPlant(Plant):
         effects: that every robot has.
         draws: what is drawn.
         start: where rollouts begin.
-        physics_step: [s].
+        physics_step: [s]; as of `SimPlant`.
         seed: of all randomness.
 
     Raises:

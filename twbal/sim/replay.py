@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from twbal.core.engine import substeps
+from twbal.core.engine import dividing_step, substeps
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
@@ -58,16 +58,18 @@ def replay(
         robot: data sheet.
         effects: of the simulation; noise of the sensors is left out, as is a bias that walks, and lost commands:
             recorded ones acted.
-        physics_step: [s].
+        physics_step: upper bound of the one that is used, which divides each part of a period [s].
         starts: n motions.
         commands: (n, S, k) of k equal parts of each period, or (n, S) of whole ones [N·m].
 
     Raises:
-        ConfigError: the physics step does not divide the control period, or a part of it.
+        ConfigError: the physics step is not positive, or too long.
         DataError: there is not one row of commands for each start.
     """
     if len(starts) != len(commands):
         raise DataError(f"A replay needs commands for each of {len(starts)} starts; found {len(commands)}.")
+    parts = np.shape(commands)[2] if np.ndim(commands) == 3 else 1
+    physics_step = dividing_step(robot.control_period / parts, physics_step)
     model = assemble(robot, [effect for effect in effects if not isinstance(effect, _LEFT_OUT)])
     world = World(model, physics_step)
     actuated = _Actuated(model, physics_step)

@@ -5,7 +5,7 @@ Its contacts have no slop, or the robot falls 10 µm before the ground carries i
 
 from math import atan2, cos, sin
 
-from twbal.core.engine import Engine, RobotMotion
+from twbal.core.engine import NEARLY, Engine, RobotMotion
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Pose
 from twbal.core.robot_model import EffectState, JointMotion, RobotModel
@@ -39,7 +39,7 @@ class World(Engine):
     """
 
     def __init__(self, model: RobotModel, physics_step: float) -> None:
-        if not 0 < physics_step <= _LARGEST_STEP:
+        if not 0 < physics_step <= (1.0 + NEARLY) * _LARGEST_STEP:
             raise ConfigError(
                 f"PyBullet rolls wheels rightly at physics steps of at most {_LARGEST_STEP} s; found {physics_step} s."
             )

@@ -12,7 +12,7 @@ from twbal.cli.artefacts import DIAGNOSIS, episode_files, episodes_of, say_dupli
 from twbal.cli.console import gently, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, StageWork, perform
-from twbal.cli.recorded_period import step_that_divides, take_recorded_period, virtual_robot_at
+from twbal.cli.recorded_period import take_recorded_period, virtual_robot_at
 from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
@@ -58,8 +58,7 @@ def main(cfg: DictConfig) -> None:
         say(
             "the simulation as it was predicts held-out data better than with the refitted data sheet: keep it as it is"
         )
-    needed = step_that_divides(cfg, cfg.sim.physics_step), virtual_robot_at(cfg.robot.control_period)
-    following = suggested_next(out, _recorded_by(files), *needed)
+    following = suggested_next(out, _recorded_by(files), virtual_robot_at(cfg.robot.control_period))
     if drives_a_robot(following):
         say_link("drives", following)
     print_result(made, out, following)
@@ -79,7 +78,6 @@ def _recorded_by(files: Sequence[Path]) -> object:
 def suggested_next(
     out: Path,
     recorded_by: object = None,
-    step: Mapping[str, object] = MappingProxyType({}),
     robot: Mapping[str, object] = MappingProxyType({}),
 ) -> str:
     """The command that comes after the diagnosis in a folder, or what to do where none is safe.
@@ -87,13 +85,12 @@ def suggested_next(
     Args:
         out: the folder.
         recorded_by: as of `gently`.
-        step: setting that the simulation as it is needs, as of `step_that_divides`.
         robot: setting that a virtual robot needs, as of `virtual_robot_at`.
     """
     found = concluded(out / DIAGNOSIS)
     if not found.is_open:
         if found.is_better_unchanged:
-            return next_command("sim-collect", step, "robot", "sim")
+            return next_command("sim-collect", {}, "robot", "sim")
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if found.has_no_safe_experiment:
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"

@@ -8,9 +8,9 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
-from twbal.cli.evaluation_config import physics_step_of, simulation_files, simulations_of
+from twbal.cli.evaluation_config import simulation_files, simulations_of
 from twbal.cli.manifest import Manifest, StageWork, perform
-from twbal.cli.recorded_period import step_that_divides, take_recorded_period, virtual_robot_at
+from twbal.cli.recorded_period import take_recorded_period, virtual_robot_at
 from twbal.cli.sim_files import IDENTIFIED
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
@@ -59,7 +59,7 @@ def main(cfg: DictConfig) -> None:
 def _following(cfg: DictConfig, best: EvaluatedSimulation | None) -> str:
     """The next command: learn with the best simulation; an identified one has the robot's distribution beside it."""
     if best is None:
-        return next_command("sim-collect", step_that_divides(cfg, cfg.sim.physics_step), "robot", "sim")
+        return next_command("sim-collect", {}, "robot", "sim")
     source = best.source.removeprefix("sim=")
     known = Path(source).parent
     if Path(source).name == IDENTIFIED and (known / DISTRIBUTION).is_file():
@@ -67,8 +67,7 @@ def _following(cfg: DictConfig, best: EvaluatedSimulation | None) -> str:
         following = next_command("iterate", {"sim": source, "known": known, **robot}, "robot")
         say_link("learns on", following)
         return following
-    step = step_that_divides(cfg, physics_step_of(source))
-    return next_command("sim-collect", {"sim": source, **step}, "robot")
+    return next_command("sim-collect", {"sim": source}, "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

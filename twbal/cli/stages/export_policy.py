@@ -8,10 +8,11 @@ from omegaconf import DictConfig
 
 from twbal import __version__
 from twbal.cli.artefacts import POLICY, policy_files, policy_hash
-from twbal.cli.console import next_command, print_made, print_result, run_folder, say
+from twbal.cli.console import print_made, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.policy_check import check_torque
 from twbal.cli.policy_origin import say_doubts_of_policy
+from twbal.cli.recorded_period import drive_next
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.errors import ConfigError
 from twbal.core.json_records import read_record, write_record
@@ -49,7 +50,7 @@ def main(cfg: DictConfig) -> None:
         print_made(manifest, out)
         say(f"real-rollout would refuse it: {error}")
     else:
-        print_result(manifest, out, next_command("real-rollout", {"policy.path": made}, "robot", "state"))
+        print_result(manifest, out, drive_next(made, cfg.robot.control_period))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -15,6 +15,7 @@ from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.recorded_period import take_recorded_period, virtual_robot_at
 from twbal.cli.sim_files import IDENTIFIED, simulation_text
 from twbal.cli.typed_config import members, recorded
+from twbal.core.engine import dividing_step
 from twbal.core.episode import Episode
 from twbal.core.files import write_atomically
 from twbal.core.plant import Observation
@@ -45,7 +46,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     files = episode_files(cfg.episodes)
     say_duplicates(files)
     step = StageWork("identify", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
-    simulated, physics_step = values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step)
+    simulated = values_of(members(cfg.sim.effects))
+    physics_step = dividing_step(float(cfg.robot.control_period), float(cfg.sim.physics_step))
     return perform(step, lambda: _identify_to_files(files, instantiate(cfg.robot), simulated, physics_step, out))
 
 

@@ -18,6 +18,7 @@ from omegaconf import DictConfig, OmegaConf, open_dict
 from twbal.cli.artefacts import paths_in
 from twbal.cli.commands import text
 from twbal.cli.console import (
+    add_override,
     configuration_flags,
     next_command,
     overridden,
@@ -29,6 +30,7 @@ from twbal.cli.console import (
 from twbal.cli.imported_before import imported_before
 from twbal.cli.log_files import check_log_file
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.recorded_period import KEY
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
@@ -100,8 +102,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     wanted = Wanted(partial(_channels_at, cfg), settings.period, settings.min_length, robot)
     step = StageWork("import-log", out, config, {"files": files}, 0)
     manifest = perform(step, lambda: _import_to_files(files, unreadable, mapping, wanted, provenance, out))
-    for sentence in imported_before(manifest, out):
-        print(f"  WARNING: {sentence}")
+    for before in imported_before(manifest, out):
+        print(f"  {'' if before.is_expected else 'WARNING: '}{before.sentence}")
     return manifest
 
 
@@ -135,13 +137,16 @@ def _diagnosis_of(out: Path, period: float, cfg: DictConfig) -> str:
 
     A tilt that the import has worked out by a filter is that of a simulation with this filter.
     """
+    sheet = float(cfg.robot.control_period)
+    if abs(period - sheet) > SAME_PERIOD:
+        say(f"the logs have a control period of {period:.6g} s; the sheet of robot {cfg.robot.name} says {sheet:.6g} s")
+        add_override(f"{KEY}={period!r}")
     command = next_command("diagnose", {"episodes": out, "diagnosis": "real_logs"}, "robot", "sim")
     quantities = cfg["import"].quantities
     if quantities.get("tilt") is None and quantities.get(ACCELEROMETER[0]) is not None:
         of_filter = f"sim.effects.tilt_filter.rate={1.0 / FILTER_TIME:g} sim.effects.tilt_filter.lead=0"
         command += f" +effect@sim.effects.tilt_filter=tilt_filter {of_filter}"
-    same = abs(period - cfg.robot.control_period) <= SAME_PERIOD
-    return command if same else f"{command} robot.control_period={period!r}"
+    return command
 
 
 def _known_mapping() -> KnownMapping | None:

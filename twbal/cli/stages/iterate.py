@@ -19,10 +19,10 @@ from twbal.algorithm.summary import Summary, read_summary
 from twbal.cli.artefacts import POLICY, agent_file, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
-from twbal.cli.console import configuration_flags, next_command, run_folder
+from twbal.cli.console import configuration_flags, last_of_each, next_command, run_folder
 from twbal.cli.known_robot import distribution_file, known_robot
 from twbal.cli.link_gate import HEED, SAME_ROBOT
-from twbal.cli.manifest import Manifest, StageWork, perform, reopen
+from twbal.cli.manifest import MANIFEST, Manifest, StageWork, lying_in, perform, read_manifest, reopen
 from twbal.cli.model_state import check_kernel_of
 from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
@@ -31,6 +31,7 @@ from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import check_robot_is_there
 from twbal.cli.trials_at_once import robots_at_once
 from twbal.cli.typed_config import recorded, section, typed
+from twbal.cli.virtual_robot_check import check_virtual_robot
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
@@ -63,6 +64,7 @@ def main(cfg: DictConfig) -> float | None:
     known_robot(cfg)  # what cannot be used is refused before any work, and any word of going on
     _check_agent(cfg)
     _check_updates(cfg)
+    check_virtual_robot(cfg)
     again = f"If this run is interrupted, this command resumes it: {_again(flags, words, out)}"
     print(f"{again}\n", flush=True)
     try:
@@ -105,7 +107,7 @@ def _check_updates(cfg: DictConfig) -> None:
 
 def _again(flags: Sequence[str], words: Sequence[str], out: Path) -> str:
     """The command that goes on in `out`."""
-    return shlex.join(["twbal", "iterate", *flags, *as_given(words), f"hydra.run.dir={text(str(out))}"])
+    return shlex.join(["twbal", "iterate", *flags, *last_of_each(as_given(words)), f"hydra.run.dir={text(str(out))}"])
 
 
 def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequence[str], updates: int) -> list[str]:
@@ -117,7 +119,7 @@ def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequenc
         commands = [_again(flags, [*others, f"updates={updates + MORE_UPDATES}"], out)]
     else:
         others = [word for word in words if not word.startswith(("updates=", "method=", "trained_agent="))]
-        commands = [shlex.join(["twbal", "iterate", *flags, *as_given(others)])]
+        commands = [shlex.join(["twbal", "iterate", *flags, *last_of_each(as_given(others))])]
     folders = _to_diagnose(summary, out)
     if folders:
         commands.append(next_command("diagnose", {"episodes": folders, **FEW_DATA._asdict()}, "robot", "sim"))
@@ -153,18 +155,30 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
     known, agent = distribution_file(cfg.known), agent_file(settings.trained_agent)
     inputs = {"known": [known] if known else [], "trained_agent": [agent] if agent else []}
     step = StageWork("iterate", out, recorded(cfg, (*NOT_RECORDED, *INPUTS)), inputs, settings.seed)
-    reopen(step, lambda before: _had_fewer_updates(before, cfg))
+    reopen(step, lambda before: _may_go_on(before, cfg, out))
     with KeptRobots() as robots:
         chain = Chain(cfg, choices, out, flags, robots.launch)
         return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings, robots))
 
 
-def _had_fewer_updates(before: Manifest, cfg: DictConfig) -> bool:
-    """Whether a run differs from `cfg` in its smaller number of updates alone: then all that it made stays true."""
+def _may_go_on(before: Manifest, cfg: DictConfig, out: Path) -> bool:
+    """Whether all that a run made is true of `cfg`, too.
+
+    It may have had fewer updates; and another link, if it ended before a robot was driven.
+    """
     then = OmegaConf.create(before.settings)
     assert isinstance(then, DictConfig)
-    others = recorded(cfg, (*NOT_RECORDED, *INPUTS, "updates"))
-    return bool(then.updates < cfg.updates) and recorded(then, ("updates",)) == others
+    may_differ = ["updates"] if then.updates < cfg.updates else []
+    may_differ += [] if before.complete or _has_driven(out) else ["link"]
+    others = recorded(cfg, (*NOT_RECORDED, *INPUTS, *may_differ))
+    return before.settings != recorded(cfg, (*NOT_RECORDED, *INPUTS)) and recorded(then, may_differ) == others
+
+
+def _has_driven(out: Path) -> bool:
+    """Whether a robot was driven in a run folder; of one that could not be reached there is a manifest alone."""
+    folders = [path.parent for path in out.rglob(MANIFEST)]
+    driven = [each for each in folders if (made := read_manifest(each)) and made.stage == "real-rollout"]
+    return any(map(lying_in, driven))
 
 
 def _learn_and_write(

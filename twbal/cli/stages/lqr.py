@@ -6,8 +6,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.cli.artefacts import POLICY, episode_files, episodes_of, say_duplicates
-from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.console import print_result, run_folder, say
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.recorded_period import drive_next
 from twbal.cli.typed_config import recorded
 from twbal.diagnosis.log_names import distinct_names
 from twbal.io.checkpoint import save_checkpoint
@@ -23,7 +24,7 @@ def main(cfg: DictConfig) -> None:
     if cfg.episodes:
         files, robot = episode_files(cfg.episodes), instantiate(cfg.robot)
         check_episodes(episodes_of(files, robot.name), distinct_names(files), robot)
-    print_result(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+    print_result(run(cfg, out), out, drive_next(out / POLICY, cfg.robot.control_period))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

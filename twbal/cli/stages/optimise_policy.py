@@ -12,10 +12,11 @@ from twbal.algorithm.model_file import load_model
 from twbal.algorithm.policy_search import PolicySearch, recalibrated
 from twbal.algorithm.prediction import load_prediction, prediction_of, save_prediction
 from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes, paths_in
-from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.console import print_result, run_folder, say
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.model_state import check_state
+from twbal.cli.recorded_period import drive_next
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.errors import ConfigError
 from twbal.effects.library import values_of
@@ -44,7 +45,7 @@ def main(cfg: DictConfig) -> float:
         The expected long-term cost of the best policy; for a sweeper to make small.
     """
     out = run_folder()
-    print_result(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+    print_result(run(cfg, out), out, drive_next(out / POLICY, cfg.robot.control_period))
     return load_prediction(out / PREDICTION).best.cost
 
 

@@ -9,8 +9,9 @@ from omegaconf import DictConfig
 from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import POLICY
-from twbal.cli.console import Progress, next_command, print_result, run_folder
+from twbal.cli.console import Progress, print_result, run_folder
 from twbal.cli.manifest import Manifest, StageWork, perform
+from twbal.cli.recorded_period import drive_next
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Provenance
@@ -38,7 +39,7 @@ def main(cfg: DictConfig) -> None:
     trials = int(cfg.trials)
     if trials:
         print(f"  {successes(cfg, out / POLICY, trials)} of {trials} simulated trials succeed")
-    print_result(manifest, out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+    print_result(manifest, out, drive_next(out / POLICY, cfg.robot.control_period))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
