@@ -22,9 +22,9 @@ the settings of one stage, with the values that they have there.
 
 Parameters of effects (`sim.effects.<name>.<parameter>`, `ensemble.<robot>.<name>.<parameter>`, and, as `[low, high]`,
 `sim.draws.<name>.<parameter>`) are described in [effects.md](effects.md). They may lie up to ten times beyond the
-ranges of that page. "per torque limit" is a share of `robot.torque_limit`; sd is a standard deviation. The defaults
-are those of the choices that a stage makes by itself, such as `link=virtual`. Other choices have others: with
-`link=serial`, `link.timeout` is 0.5 s. This page is written by `scripts/settings.py`.
+ranges of that page, as far as the effect takes such values. "per torque limit" is a share of `robot.torque_limit`; sd
+is a standard deviation. The defaults are those of the choices that a stage makes by itself, such as `link=virtual`.
+Other choices have others: with `link=serial`, `link.timeout` is 0.5 s. This page is written by `scripts/settings.py`.
 """
 
 
@@ -68,4 +68,6 @@ def table(rows: Iterable[Setting], trees: Iterable[Mapping[str, Any]]) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    text = page()
+    PAGE.write_text(text)
+    print(f"Wrote docs/{PAGE.name} with {text.count(chr(10) + '| `')} settings.")

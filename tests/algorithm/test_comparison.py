@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.algorithm.comparison import METRICS, Run, estimate, latex, paired, rows, run_values
+from twbal.algorithm.comparison import METRICS, Run, estimate, latex, paired, rows, run_values, unmeasured
 from twbal.algorithm.iteration import Iteration, PolicyFile, Search
 from twbal.algorithm.summary import SimData, Summary
 
@@ -89,3 +89,19 @@ def test_the_table_has_a_row_for_each_group_and_latex_has_no_bare_marks():
     assert r"a\_b" in text
     assert r"100 \%" in text
     assert r"$\infty$" in text
+
+
+def test_the_pairs_are_counted_and_without_any_stands_a_dash():
+    first, second = [run(0, 1.0), run(1, 2.0, cost=math.nan)], [run(0, 1.0), run(1, 1.0), run(5, 1.0)]
+    assert paired(second, first, "seconds").words == "1, 0, 2, 1"
+    assert paired(second, first, "cost").words == "0, 0, 1, 1"
+    assert paired([run(7, 1.0)], first, "seconds").words == "-"
+
+
+def test_metrics_that_do_not_compare_are_a_dash_in_each_group_and_in_pairs():
+    groups = {"a": [run(0, 1.0), run(1, 1.0)], "b": [run(0, 2.0), run(1, 2.0)]}
+    for row in rows(unmeasured(groups, ["cost"])):
+        assert row["real long-term cost, best policy"] == "-"
+        assert row.get("real long-term cost, best policy: better, worse, pairs, p", "-") == "-"
+        assert row["driven to learn until all trials succeed [s]"] != "-"
+    assert groups["a"][0].values["cost"] == 1.0

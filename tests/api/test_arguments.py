@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import twbal
-from twbal.core.errors import ConfigError, DataError, LinkError, LogError
+from twbal.core.errors import CheckpointError, ConfigError, DataError, LinkError, LogError
+from twbal.core.plant import Plant
 from twbal.effects.dead_zone import DeadZone
 from twbal.policies.policy import Policy
 from twbal.policies.random import RandomPolicy
@@ -296,3 +297,106 @@ def test_a_recording_that_is_given_twice_is_a_warning(tmp_path):
         with pytest.warns(UserWarning, match=said), pytest.raises(DataError):  # it is too short for both
             use()
     assert len(twbal.read_episodes([log, other])) == 2
+
+
+class Unmade(Plant):
+    """Never driven."""
+
+    control_period = 0.02
+
+    def reset(self, trial):
+        raise AssertionError
+
+    step = stop = close = reset
+
+
+def test_the_class_of_a_plant_is_no_plant():
+    for drive in (lambda: twbal.evaluate(POLICY, plant=Unmade), lambda: twbal.learn(Unmade)):
+        with pytest.raises(ConfigError, match=r"Unmade is a class: make one by Unmade\(\.\.\.\)"):
+            drive()
+
+
+def test_what_cannot_be_told_is_refused_before_the_first_trial():
+    with pytest.raises(ConfigError, match=r"tell must be a function of an episode, .*; found 3"):
+        twbal.evaluate(POLICY, plant=Unmade(), tell=3)
+
+
+@pytest.mark.parametrize(
+    ("use", "word", "said"),
+    [
+        (twbal.simulate, "updates=2", "twbal.simulate does not read 'updates=2'; it reads robot, sim, start, state"),
+        (twbal.simulate, "success=sticky", "does not read 'success=sticky'"),
+        (twbal.simulate, "link.seed=2", r"`with twbal\.connect\(port, robot, \['link\.seed=2'\]\) as plant:`"),
+        (lambda **more: twbal.simulate(policy=POLICY, **more), "policy=excite", "does not read 'policy=excite'"),
+        (lambda **more: twbal.evaluate(POLICY, **more), "updates=2", "twbal.evaluate does not read 'updates=2'"),
+        (lambda **more: twbal.evaluate(POLICY, **more), "link.seed=2", r"a virtual one, write `with twbal\.connect"),
+        (lambda **more: twbal.evaluate(POLICY, **more), "search.iterations=2", "success, cost, search.horizon"),
+        (
+            lambda **more: twbal.evaluate(POLICY, plant=Unmade(), **more),
+            "link.seed=2",
+            r"Give it to what makes the plant: twbal\.connect\(port, robot, \['link\.seed=2'\]\)",
+        ),
+        (lambda **more: twbal.evaluate(POLICY, **more), "updatess=2", "no setting 'updatess'"),
+    ],
+)
+def test_a_setting_that_nothing_there_reads_is_refused(use, word, said):
+    with pytest.raises(ConfigError, match=said):
+        use(overrides=[word])
+
+
+def test_settings_that_a_simulation_reads_are_taken():
+    words = ["+effect@sim.effects.dead_zone=dead_zone", "state=paper", "start.tilt_mean=0.01", "policy=random"]
+    assert len(twbal.simulate(steps=2, overrides=[*words, "experiment=paper"])) == 1
+
+
+def test_a_policy_of_the_settings_that_cannot_be_read_is_an_error_of_twbal(tmp_path):
+    with pytest.raises(CheckpointError, match="There is no checkpoint"):
+        twbal.simulate(overrides=["policy=saved", f"policy.path={tmp_path / 'none.pt'}"])
+
+
+@pytest.mark.parametrize(("duration", "steps"), [(0.5, 25), (1.98, 99)])
+def test_trials_that_end_before_the_horizon_of_their_cost_are_refused(duration, steps):
+    shorter = [f"success.duration={duration}", "success.place_time=0", "success.settle_time=0"]
+    with pytest.raises(ConfigError, match=rf"success\.duration of {steps} control periods and search\.horizon=100"):
+        twbal.evaluate(POLICY, overrides=shorter)
+    assert twbal.setup("paper", [*shorter, f"search.horizon={steps}"]).rule.steps == steps
+    setup = twbal.setup("paper")
+    with pytest.raises(ConfigError, match=r"search\.horizon=100"):
+        replace(setup, rule=replace(setup.rule, steps=99, settle_step=0, place_step=0))
+
+
+def test_a_seed_that_is_out_of_range_is_named_as_it_was_given():
+    with pytest.raises(ConfigError, match=r"cannot have seed=4294967296; .*Wrong as well: sim_collect\.seed"):
+        twbal.setup("paper", ["seed=4294967296"])
+
+
+def test_a_folder_of_own_choices_that_is_not_there_is_told():
+    with pytest.raises(
+        ConfigError, match=r"hydra\.searchpath=\[\.\.\.\] names the folder /nonexist, which is not there"
+    ):
+        twbal.setup("paper", ["hydra.searchpath=[/nonexist]"])
+
+
+def test_simulations_may_have_any_name():
+    names = ["my sim, v=1", "null", "1", "simulation_0", "{a: 'b'}", ""]
+    log = next(iter(sorted(EXCITED.glob("*.mcap"))))
+    found = twbal.evaluate_simulation(dict.fromkeys(names, "nominal"), log, overrides=["horizons=[0.15]"])
+    assert [each.name for each in found.simulations] == ["nominal", *names]
+    assert found.score(names[0], "all logs", "tilt", 0.16).ratio == 1.0
+
+
+def test_a_model_names_the_channels_that_it_needs():
+    model = twbal.load_model(ROOT / "data/regression/model.pt")
+    for states, commands in ((np.zeros(5), 0.0), (np.zeros((3, 4)), np.zeros(3)), (np.zeros((3, 5)), np.zeros(2))):
+        for step in (model.step_mean, model.step_distribution):
+            with pytest.raises(
+                DataError, match=r"shape \(m, 5\), with the channels tilt, tilt_rate, speed, command_1, c"
+            ):
+                step(states, commands)
+    assert model.step_mean([[0.0] * 5], [0.0]).shape == (1, 5)
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32])
+def test_a_robot_with_numbers_of_numpy_is_one_of_python(kind):
+    given = replace(twbal.robot(), name="heavy", body_mass=kind(11.0))
+    assert twbal.setup(given).simulation.robot.body_mass == 11.0

@@ -55,6 +55,7 @@ def test_an_effect_changes_the_rollout_and_one_that_does_nothing_does_not(policy
 
 def test_trials_on_a_plant_are_those_in_its_simulation(policy):
     effects, quick = [TorqueGain(0.9)], ["success.duration=1.2", "success.settle_time=0.6", "success.place_time=0"]
+    quick.append("search.horizon=60")
     simulated = twbal.evaluate(policy, effects=effects, trials=2, overrides=quick)
     with twbal.setup().simulation.having(effects).plant(seed=0) as plant:
         driven = twbal.evaluate(policy, plant=plant, trials=2, overrides=quick)
@@ -113,6 +114,12 @@ def test_a_robot_on_a_link_that_takes_less_than_its_sheet_says_is_not_driven(pol
         twbal.evaluate(policy, stronger, plant=plant)
 
 
+def test_each_trial_is_told_in_simulation_too(policy):
+    told = []
+    found = twbal.evaluate(policy, trials=2, overrides=SHORT, tell=told.append)
+    assert tuple(told) == found.episodes
+
+
 class Resting(Policy):
     """Commands nothing."""
 
@@ -122,6 +129,7 @@ class Resting(Policy):
 
 HELD = {"name": "held", "torque_limit": 4.0}
 SHORT = ["success.duration=1.2", "success.settle_time=0.6", "success.place_time=0", "success.place_radii=null"]
+SHORT.append("search.horizon=60")
 
 
 def driven_over_a_port(robot):

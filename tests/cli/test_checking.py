@@ -2,10 +2,12 @@
 
 import pytest
 from hydra import compose
+from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
+from twbal.cli.hydra_errors import explained
 from twbal.cli.main import main
 from twbal.core.errors import ConfigError
 
@@ -72,17 +74,10 @@ def test_what_a_later_stage_of_a_run_needs_is_asked_for_at_once(refused):
     assert refused("iterate", "link=serial").startswith("iterate needs link.port=...;")
 
 
-@pytest.mark.parametrize("stage", ["sim-collect", "iterate"])
-def test_a_physics_step_that_does_not_divide_the_control_period_comes_with_one_that_does(stage, refused):
-    words = [stage, "robot.control_period=0.0142857"]
-    said = refused(*words)
-    advised = said.partition("; try ")[2].rstrip(".")
-    assert advised.startswith("sim.physics_step=")
-    check_configuration(composed(*words, advised), stage)
-
-
-def test_a_diagnosis_takes_any_physics_step_as_it_shortens_it_itself():
-    check_configuration(composed("diagnose", "robot.control_period=0.0142857", "episodes=e"), "diagnose")
+@pytest.mark.parametrize("period", ["0.0166667", "0.0142857", "0.0143", "0.0005"])
+@pytest.mark.parametrize("stage", [["sim-collect"], ["iterate"], ["diagnose", "episodes=e"], ["virtual-robot"]])
+def test_any_control_period_goes_with_any_physics_step(stage, period):
+    check_configuration(composed(*stage, f"robot.control_period={period}"), stage[0])
 
 
 @pytest.mark.parametrize(
@@ -107,11 +102,11 @@ def test_what_breaks_a_rule_is_refused_each_time_whatever_was_right_before(refus
     check_configuration(composed("iterate"), "iterate")
 
 
-def test_a_bad_job_of_a_sweep_fails_by_itself(capfd, tmp_path):
+def test_a_sweep_with_a_value_out_of_range_is_refused_before_its_first_job(capfd, tmp_path):
     assert main(["sim-collect", "-m", "steps=3", "rollouts=1", "robot.body_mass=10,nan"]) == 1
     said = capfd.readouterr().err
-    assert "1 job of the sweep failed: steps=3 rollouts=1 robot.body_mass=nan (sim-collect cannot have" in said
-    assert len(list(tmp_path.rglob("*.mcap"))) == 1
+    assert "sim-collect cannot have robot.body_mass=nan; expected a number from 0.001" in said
+    assert not list(tmp_path.rglob("*.mcap"))
 
 
 def test_a_class_of_ones_own_is_asked_for_finite_numbers_alone():
@@ -143,3 +138,127 @@ def test_an_environment_is_refused_like_a_stage():
 
     with pytest.raises(ConfigError, match=r"cannot have robot\.body_mass=0"):
         make(["robot.body_mass=0"])
+
+
+SHARED = """
+import numpy as np
+from dataclasses import dataclass
+from twbal.core.cost import Cost, ExpectedCost
+
+
+@dataclass(frozen=True, eq=False)
+class Shared(Cost):
+    share: np.ndarray
+
+    def at(self, state):
+        return self.share.item() * min(1.0, np.sum((state / self.widths) ** 2))
+
+    def expected_at(self, mean, covariance):
+        return ExpectedCost(self.at(mean), mean, covariance)
+
+
+def made(channels, widths, command_width, torque_limit):
+    return None
+"""
+
+
+@pytest.fixture
+def of_cost(tmp_path, monkeypatch):
+    """The configuration of a stage whose cost is another class, with a further setting."""
+    (tmp_path / "shared_cost.py").write_text(SHARED)
+    monkeypatch.syspath_prepend(str(tmp_path))
+
+    def run(target, **further):
+        cfg = composed("optimise-policy", "dynamics=model.pt")
+        OmegaConf.set_struct(cfg, False)
+        own = {name: cfg.cost[name] for name in ("channels", "widths", "command_width", "torque_limit")}
+        cfg.cost = {"_target_": target, **own, **further}
+        return cfg
+
+    return run
+
+
+def test_a_cost_from_outside_may_have_further_numbers_that_no_table_lists(of_cost):
+    cfg = of_cost("shared_cost.Shared.over", share=0.5)
+    check_configuration(cfg, "optimise-policy")
+    cost = instantiate(cfg.cost)
+    assert cost.share == 0.5 and cost.numbers.share.item() == 0.5
+
+
+@pytest.mark.parametrize(
+    ("target", "further", "said"),
+    [
+        ("shared_cost.Shared.over", {}, "Shared lacks share: add `share: <number>` to the settings of the cost"),
+        (
+            "shared_cost.Shared.over",
+            {"share": 0.5, "part": 1.0},
+            "Shared has no field 'part' beside target and widths; it has share. Take part out of the settings of the "
+            "cost, or add the line `part: Array` to the class, in the module shared_cost.",
+        ),
+        (
+            "shared_cost.Shared.over",
+            {"share": "half"},
+            "share of Shared must be a number or an array of numbers; found",
+        ),
+        (
+            "shared_cost.made",
+            {"share": 0.5},
+            "it has no entry 'share': take it out. Its entries are: channels, widths, command_width, torque_limit "
+            "(shared_cost.made takes these).",
+        ),
+    ],
+)
+def test_a_further_number_of_a_cost_that_cannot_be_says_where_it_belongs(target, further, said, of_cost):
+    cfg = of_cost(target, **further)
+    check_configuration(cfg, "optimise-policy")
+    try:
+        instantiate(cfg.cost)
+    except Exception as error:  # as the command line does
+        assert said in str(explained(error, "optimise-policy"))
+    else:
+        pytest.fail("it was built")
+
+
+@pytest.mark.parametrize(
+    ("target", "name", "said"),
+    [
+        (
+            "twbal.core.cost.SaturatingCost.over",
+            "change",
+            'SaturatingCost.over takes it, so add a line such as `Setting("cost.change", Number(0.0, 1.0), "what it '
+            'means")` to COST of twbal/cli/settings/search_settings.py.',
+        ),
+        ("twbal.core.cost.cost_over", "share", "twbal.core.cost.cost_over does not take it either."),
+    ],
+)
+def test_a_setting_of_a_packaged_cost_that_no_table_lists_says_where_to_add_it(target, name, said, of_cost):
+    with pytest.raises(ConfigError, match=rf"has no setting 'cost\.{name}'") as caught:
+        check_configuration(of_cost(target, **{name: 0.5}), "optimise-policy")
+    assert str(caught.value).endswith(said)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (
+            ["sim.effects.dead_zone.widt=3"],
+            "has no parameter 'widt' (did you mean 'width'?). Its parameters are: width, ",
+        ),
+        (
+            ["sim.effects.dead_zone={x: 3}"],
+            "The effect dead_zone has no parameter 'x'. Its parameters are: width, skew.",
+        ),
+    ],
+)
+def test_a_parameter_that_an_effect_does_not_have_is_told_as_such(words, said, refused):
+    assert said in refused("sim-collect", "+effect@sim.effects.dead_zone=dead_zone", *words)
+
+
+def test_a_parameter_of_an_effect_under_another_name_is_told_with_both(refused):
+    said = refused("sim-collect", "+effect@sim.effects.stiction=dead_zone", "sim.effects.stiction.x=3")
+    assert said.startswith("The effect dead_zone, which is sim.effects.stiction, has no parameter 'x'.")
+
+
+def test_a_value_that_the_effect_itself_does_not_take_is_refused_with_the_range_that_it_takes(refused):
+    said = refused("sim-collect", "+effect@sim.effects.dead_zone=dead_zone", "sim.effects.dead_zone.skew=1")
+    assert "expected a number from -1 to below 1 (share by which it is wider forward" in said

@@ -2,6 +2,7 @@ import shlex
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hydra import compose
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -48,6 +49,14 @@ def within_a_stage():
 def test_a_value_survives_the_way_through_an_override(value):
     parsed = OverridesParser.create().parse_override(f"key={text(value)}").value()
     assert OmegaConf.to_container(OmegaConf.create({"key": _plain(parsed)}))["key"] == value
+
+
+@pytest.mark.parametrize(
+    ("number", "written"),
+    [(np.float64(11.5), "11.5"), (np.float32(0.5), "0.5"), (np.int64(3), "3"), (3, "3"), (3.0, "3.0")],
+)
+def test_a_number_of_numpy_is_written_as_one_of_python(number, written):
+    assert text(number) == written
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_two_sweeps_make_one_table_and_one_page(sweeps, tmp_path, capsys):
         old, new = csv.DictReader(file)
     assert old["driven to learn until all trials succeed [s]"].startswith("6 ")
     assert new["driven to learn until all trials succeed [s]"].startswith("2 ")
-    assert new["driven to learn until all trials succeed: better, worse, p"] == "6, 0, 0.031"
+    assert new["driven to learn until all trials succeed: better, worse, pairs, p"] == "6, 0, 6, 0.031"
     assert len((out / "runs.csv").read_text().splitlines()) == 13
     assert "<svg" in (out / "comparison.html").read_text()
     assert (out / "table.tex").read_text().startswith(r"\begin{tabular}")
@@ -123,7 +123,7 @@ def test_runs_on_robots_of_other_seeds_are_not_paired(sweeps, tmp_path, capsys):
     main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"])
     with (out / "table.csv").open() as file:
         new = list(csv.DictReader(file))[1]
-    assert {value for key, value in new.items() if key.endswith("better, worse, p")} == {"-"}
+    assert {value for key, value in new.items() if key.endswith("better, worse, pairs, p")} == {"-"}
     assert "no run of new has robot and seeds of one of old" in capsys.readouterr().out
 
 
@@ -149,6 +149,99 @@ def test_runs_that_were_judged_otherwise_are_warned_of(settings, said, sweeps, t
     warned = [line for line in capsys.readouterr().out.splitlines() if line.startswith("WARNING: ")]
     assert [what for what in ("rule of success", "cost function") if any(what in line for line in warned)] == said
     assert len(warned) == len(said)
+
+
+def configured(folder, **settings):
+    """A run's configuration and the words of its command."""
+    (folder / ".hydra").mkdir(exist_ok=True)
+    (folder / ".hydra" / "config.yaml").write_text(json.dumps(settings))
+
+
+def told(folder, *words):
+    (folder / ".hydra" / "overrides.yaml").write_text(json.dumps(words))
+
+
+def table_of(out):
+    with (out / "table.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+COST = "real long-term cost, best policy"
+
+
+def test_costs_over_unlike_horizons_are_not_pooled_and_the_setting_is_named(sweeps, tmp_path, capsys):
+    out = tmp_path / "out"
+    for name in ("old", "new"):
+        for seed in range(6):
+            configured(sweeps / name / str(seed), search={"horizon": 100 if seed else 40}, cost={"a": 1})
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={out}"]) == 0  # within a group
+    assert "WARNING: the runs do not have the same horizon (search.horizon=40 or 100)" in capsys.readouterr().out
+    (row,) = table_of(out)
+    assert row[COST] == row["widest 95 % band of the tilt, best policy [rad]"] == "-"
+    assert row["share of trials that succeed, best policy"] != "-"
+    page = (out / "comparison.html").read_text()
+    assert "The runs do not have the same horizon (search.horizon=40 or 100)" in page
+    with (out / "runs.csv").open() as file:
+        assert {each["cost"] for each in csv.DictReader(file)} == {"4.0"}  # each run's own stays
+
+
+def test_between_groups_what_was_judged_by_unlike_rules_is_a_dash(sweeps, tmp_path):
+    for name, duration in (("old", 10.0), ("new", 5.0)):
+        for seed in range(6):
+            configured(sweeps / name / str(seed), success={"duration": duration, "place_radii": 1.0})
+    out = tmp_path / "out"
+    assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"]) == 0
+    for row in table_of(out):
+        for what in ("share of trials that succeed, best policy", "drift in a trial, best policy [m]"):
+            assert row[what] == "-"
+        assert row[COST] != "-"
+
+
+def test_a_sweep_of_further_settings_is_a_group_for_each_of_their_combinations(sweeps, tmp_path, capsys):
+    for seed in range(6):
+        folder = sweeps / "old" / str(seed)
+        words = [f"seed={seed % 3}", "link.seed=1", "updates=2", f"search.iterations={30 if seed < 3 else 60}"]
+        (folder / "summary.json").write_text(json.dumps(summary([0, 10], 2.0, seed % 3)))
+        configured(folder, link={"seed": 1})
+        told(folder, *words)
+    out = tmp_path / "out"
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={out}"]) == 0
+    first, second = table_of(out)
+    assert (first["group"], first["runs"]) == ("old: search.iterations=30", "3")
+    assert (second["group"], second["runs"]) == ("old: search.iterations=60", "3")
+    assert second["driven in trials until then: better, worse, pairs, p"] == "-"  # not noted in these summaries
+    assert second["driven to learn until all trials succeed: better, worse, pairs, p"] == "0, 0, 3, 1"
+    assert "WARNING" not in capsys.readouterr().out
+
+
+def test_runs_that_share_robot_and_seeds_for_no_known_reason_are_warned_of(sweeps, tmp_path, capsys):
+    for seed in range(6):
+        (sweeps / "old" / str(seed) / "summary.json").write_text(json.dumps(summary([0, 10], 2.0, seed % 2)))
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    said = capsys.readouterr().out
+    assert "WARNING: 6 runs of old have 2 different robots and seeds between them: those that share them cannot" in said
+
+
+def test_jobs_without_a_summary_are_told(sweeps, tmp_path, capsys):
+    failed, other = sweeps / "old" / "failed", sweeps / "old" / "other"
+    failed.mkdir()
+    (failed / "failure.log").write_text("cost.widths.tilt=-1\niterate cannot have it\nsweep 1\n")
+    write_record(
+        _made(other) / "manifest.json",
+        Manifest("sim-collect", True, "", 0, "{}", {}, (), {}, "2026-01-01T00:00:00Z", 1.0),
+    )
+    for seed in range(6):
+        (sweeps / "old" / str(seed) / ".hydra").mkdir()
+    out = tmp_path / "out"
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={out}"]) == 0
+    said = "1 of 7 jobs of old has no summary.json (failed: failed: iterate cannot have it) and is left out"
+    assert f"WARNING: {said}" in capsys.readouterr().out
+    assert said in (out / "comparison.html").read_text()
+
+
+def _made(folder):
+    folder.mkdir(parents=True)
+    return folder
 
 
 def test_runs_without_their_hidden_files_are_told_apart_by_their_manifests(sweeps, tmp_path):

@@ -1,4 +1,5 @@
 import copy
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 from hydra import compose
@@ -6,6 +7,7 @@ from hydra.core.config_store import ConfigStore
 from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
+import twbal
 from twbal.cli.composition import composing, loaded, scaled
 from twbal.cli.conf_folder import conf_folder
 
@@ -57,3 +59,9 @@ def test_numbers_are_read_as_omegaconf_reads_them(tmp_path, number):
     (tmp_path / "a.yaml").write_text(f"a: {number}\n")
     found, expected = loaded(tmp_path / "a.yaml")["a"], OmegaConf.load(tmp_path / "a.yaml").a
     assert (found, type(found)) == (expected, type(expected))
+
+
+def test_threads_compose_one_after_another():
+    with ThreadPoolExecutor(4) as pool:
+        setups = list(pool.map(lambda updates: twbal.setup("paper", [f"updates={updates}"]), range(6)))
+    assert [setup.algorithm.updates for setup in setups] == list(range(6))

@@ -114,3 +114,23 @@ def test_regress_writes_over_nothing_of_a_person_and_says_that_it_is_done(tmp_pa
         assert main(["regress", *words, *more, f"hydra.run.dir={out}"]) == 0
         made = read_manifest(out)
         assert made is not None and made.complete
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (['link.overrides=["faults=lihgt"]'], "lihgt"),
+        (['link.overrides=["self_stop=1"]'], "self_stop"),
+        (['link.overrides=["watchdog=-1"]'], "watchdog=-1"),
+        (["link.robot=nobody"], "nobody"),
+        (
+            ["robot.control_period=0.0166667"],
+            'overrides=["idle_timeout=300","robot.control_period=0.0166667"]',
+        ),
+    ],
+)
+def test_iterate_refuses_settings_of_its_virtual_robot_before_its_first_stage(words, expected, tmp_path, capsys):
+    assert main(["iterate", *words, f"hydra.run.dir={tmp_path}"]) == 1
+    said = capsys.readouterr()
+    assert expected in said.err and len(said.err.splitlines()) == 1
+    assert "->" not in said.out and read_manifest(tmp_path) is None

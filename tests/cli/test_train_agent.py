@@ -113,6 +113,7 @@ def test_iterate_does_not_need_the_extra(tmp_path):
         "method=lqr",
         "trials=1",
         "success.duration=0.1",
+        "search.horizon=5",
         "success.settle_time=0.04",
         "success.place_time=0.1",
         f"hydra.run.dir={tmp_path}/out",

@@ -177,3 +177,32 @@ def test_a_reference_that_is_no_number_is_refused():
 def test_headings_that_are_not_one_for_each_sample_are_refused(shape):
     with pytest.raises(DataError, match=r"4 commands needs headings of shape \(5, 5\); found"):
         Episode(**parts(headings=np.zeros(shape)))
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"outcome": "foo"}, "outcome of an episode must be one of completed, tilt_limit, .*; found 'foo'"),
+        ({"outcome": None}, "outcome of an episode must be one of .*; found None"),
+        ({"control_period": "0.02"}, "control period must be a number, in s; found '0.02'"),
+        ({"control_period": None}, "control period must be a number, in s; found None"),
+        ({"provenance": None}, "provenance of an episode must be a Provenance, .*; found None"),
+        ({"channels": "tilt"}, "channels of an episode must be names of channels, .*; found 'tilt'"),
+        ({"channels": 3}, "channels of an episode must be names of channels, .*; found 3"),
+        ({"channels": ("tilt", 2)}, "must be names of channels"),
+        ({"commands": ["1"] * STEPS}, "commands of an episode must be numbers; found an array of <U1"),
+        ({"commands": np.array(["1"] * STEPS, dtype=object)}, "commands of an episode must be numbers"),
+        ({"commands": None}, "commands of an episode must be "),
+        ({"commands": 3.0}, "commands of an episode must be an array of numbers; found 3"),
+        ({"states": [[1.0, 2.0], [3.0]]}, "states of an episode must be numbers, in rows of one length"),
+        ({"poses": [["x"] * 4] * (STEPS + 1)}, "poses of an episode must be numbers"),
+    ],
+)
+def test_a_part_that_is_not_of_its_type_is_refused(changes, said):
+    with pytest.raises(DataError, match=said):
+        Episode(**parts(**changes))
+
+
+def test_numbers_of_any_kind_become_an_array_of_its_own():
+    made = Episode(**parts(commands=[0, 1, 2, 3], control_period=np.float32(0.02), states=np.ones((STEPS + 1, 2), int)))
+    assert made.commands.dtype == made.states.dtype == np.float64

@@ -12,6 +12,7 @@ from twbal.core.evaluation import (
     PlaceBy,
     SuccessCriterion,
     TrialVerdict,
+    check_horizon,
     drift,
     judged,
     positions,
@@ -200,8 +201,21 @@ def test_the_cost_sums_the_horizon_without_the_start() -> None:
 
 
 def test_each_step_after_a_fall_costs_one() -> None:
-    assert real_cost(episode(np.array([0.0, 0.5])), squared, horizon=100) == pytest.approx(0.25 + 99)
-    assert real_cost(episode(np.array([0.0])), squared, horizon=100) == 100.0
+    fell = {"outcome": Outcome.TILT_LIMIT}
+    assert real_cost(replace(episode(np.array([0.0, 0.5])), **fell), squared, horizon=100) == pytest.approx(0.25 + 99)
+    assert real_cost(replace(episode(np.array([0.0])), **fell), squared, horizon=100) == 100.0
+
+
+def test_a_completed_rollout_that_is_shorter_than_the_horizon_has_no_cost() -> None:
+    assert real_cost(episode(np.zeros(4)), squared, horizon=3) == 0.0
+    with pytest.raises(DataError, match="A completed rollout of 3 control periods has no long-term cost over 4"):
+        real_cost(episode(np.zeros(4)), squared, horizon=4)
+
+
+def test_a_trial_that_ends_before_the_horizon_of_its_cost_is_refused() -> None:
+    check_horizon(RULE, 50)
+    with pytest.raises(ConfigError, match=r"success\.duration of 50 control periods and search\.horizon=51"):
+        check_horizon(RULE, 51)
 
 
 def test_a_wheel_rolling_under_a_tilting_body_is_followed_over_ground() -> None:

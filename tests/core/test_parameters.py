@@ -78,3 +78,16 @@ def test_hash_ignores_order_and_kind_of_number(paper):
     one, other = BodyMass(2.0), ComHeight(1.1)
     expected = parameter_hash(paper, [one, other], 0.001)
     assert parameter_hash(paper, [other, BodyMass(2)], np.float64(0.001)) == expected
+
+
+@pytest.mark.parametrize("kind", [np.float64, np.float32, np.int64])
+def test_a_number_of_numpy_becomes_one_of_python(paper, kind):
+    found = replace(paper, body_mass=kind(11), torque_limit=kind(20))
+    assert (type(found.body_mass), found.body_mass, type(found.torque_limit)) == (float, 11.0, float)
+    assert parameter_hash(found) == parameter_hash(replace(paper, body_mass=11.0, torque_limit=20.0))
+
+
+@pytest.mark.parametrize("name", ["${x}", "my ${robot.name}", 3, None])
+def test_a_name_that_settings_would_take_for_a_reference_is_refused(paper, name):
+    with pytest.raises(ConfigError, match=r"name of a robot must be a text without \$\{"):
+        replace(paper, name=name)

@@ -5,7 +5,7 @@ from hydra.utils import instantiate
 from toy_robot import CHANNELS, RAW, SMOOTHED, episode
 
 from twbal.cli.composition import composing
-from twbal.core.episode import Episode
+from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import DataError
 from twbal.models.dataset import transitions
 from twbal.models.dynamics import without_simulation
@@ -42,7 +42,8 @@ def test_without_smoothing_the_state_grows_by_the_noise_of_the_fit():
 @RECIPES
 def test_real_episodes_with_another_state_are_refused(recipe):
     learned = recipe.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
-    other = Episode(("tilt",), 0.02, np.arange(21.0).reshape(3, 7), np.zeros((3, 1)), np.zeros(2), "completed", None)
+    told = Provenance("toy", "robot")
+    other = Episode(("tilt",), 0.02, np.arange(21.0).reshape(3, 7), np.zeros((3, 1)), np.zeros(2), "completed", told)
     with pytest.raises(DataError, match="channels tilt; expected are tilt, tilt_rate, command_1"):
         recipe.learn_difference(learned.model, [other], seed=0)
 

@@ -89,7 +89,8 @@ def test_long_names_are_short_below_the_panels_and_told_apart():
 
 def test_the_page_has_a_key_of_short_names_and_scrolls_what_is_wide():
     def page(*names):
-        return render("comparison.html.jinja", groups=dict.fromkeys(names), rows=[], names=[], picture=Markup("<svg/>"))
+        told = {"rows": [], "names": [], "doubts": [], "picture": Markup("<svg/>")}
+        return render("comparison.html.jinja", groups=dict.fromkeys(names), **told)
 
     html = page(*LONG, "lqr")
     for name, short in short_names([*LONG, "lqr"]).items():

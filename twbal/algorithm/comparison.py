@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +31,11 @@ METRICS = {
     "search": ("computed in fits and searches", "s", False),
 }
 """What is compared: in words, its unit, and whether more is better."""
+
+BY_RULE = ("success", "upright", "settled", "in_place", "quiet", "seconds", "trial_seconds")
+"""Metrics that the rule of success decides."""
+BY_RULE_TIMES = ("farthest", "farthest_worst", "command_change", "oscillation", "drift")
+"""Metrics that are measured over a part of a trial which the times of the rule say."""
 
 _SHOWN = 3  # significant digits
 _LATEX = {mark: f"\\{mark}" for mark in "&%#_${}"}
@@ -82,7 +87,7 @@ class Paired(NamedTuple):
     @property
     def words(self) -> str:
         """As in a table."""
-        return f"{self.better}, {self.worse}, {self.p:.2g}" if self.pairs else "-"
+        return f"{self.better}, {self.worse}, {self.pairs}, {self.p:.2g}" if self.pairs else "-"
 
 
 def run_values(summary: Summary) -> dict[str, float]:
@@ -152,8 +157,23 @@ def without_pairs(groups: Mapping[str, Sequence[Run]]) -> list[str]:
     return [name for name in others if keys.isdisjoint(_by_key(groups[name]))]
 
 
+def unmeasured(groups: Mapping[str, Sequence[Run]], metrics: Collection[str]) -> dict[str, list[Run]]:
+    """The same runs without some of their metrics, as those that do not compare: NaN stands in their place.
+
+    Args:
+        groups: runs by the name of their group.
+        metrics: of `METRICS`.
+    """
+    gone = dict.fromkeys(metrics, math.nan)
+    return {name: [Run(run.key, {**run.values, **gone}) for run in runs] for name, runs in groups.items()}
+
+
 def rows(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, str]]:
-    """One row a group, in words: each metric, and how it does against the first group."""
+    """One row a group, in words: each metric, and how it does against the first group.
+
+    Of the second, runs that do better, and worse, than the run of the first group with the same robot and seeds, the
+    number of such pairs, and p of the sign test; "-" where there is no pair.
+    """
     first = next(iter(groups.values()))
     found = []
     for name, runs in groups.items():
@@ -163,7 +183,7 @@ def rows(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, str]]:
             row[f"{what} [{unit}]" if unit else what] = "-" if value is None else value.words
         if runs is not first:
             for metric, (what, *_) in METRICS.items():
-                row[f"{what}: better, worse, p"] = paired(runs, first, metric).words
+                row[f"{what}: better, worse, pairs, p"] = paired(runs, first, metric).words
         found.append(row)
     return found
 

@@ -241,7 +241,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         if simulation is None:
             sheet = parameter_hash(self._robot)
             return Provenance(self._robot.name, "robot", sheet, driver, self._setup.driving.seed)
-        made_of = parameter_hash(self._robot, simulation.effects, simulation.physics_step)
+        made_of = parameter_hash(self._robot, simulation.effects, simulation.used_step)
         return Provenance(self._robot.name, "simulation", made_of, driver, self._setup.simulated.seed)
 
     def _timed(self, place: Path, work: Callable[[], T]) -> Timed[T]:

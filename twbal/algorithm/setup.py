@@ -7,7 +7,7 @@ from twbal.algorithm.iteration_findings import Measures
 from twbal.algorithm.policy_search import PolicySearch
 from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
 from twbal.algorithm.simulation import Simulation
-from twbal.core.evaluation import SuccessCriterion
+from twbal.core.evaluation import SuccessCriterion, check_horizon
 from twbal.diagnosis.inputs import DataSettings
 from twbal.diagnosis.settings import Settings
 from twbal.effects.effect import Effect
@@ -67,6 +67,9 @@ class Setup:
         diagnosis_data: what it reads of them.
         agent: how a model-free agent is trained.
         known: of the robot's parameters before the run, by rollouts; None: there were none.
+
+    Raises:
+        ConfigError: a trial ends before the horizon of the cost.
     """
 
     simulation: Simulation
@@ -84,6 +87,9 @@ class Setup:
     diagnosis_data: DataSettings
     agent: AgentTraining
     known: RobotDistribution | None = None
+
+    def __post_init__(self) -> None:
+        check_horizon(self.rule, self.search.search.horizon)
 
     @property
     def measures(self) -> Measures:

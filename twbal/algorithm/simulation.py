@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from twbal.core.engine import dividing_step
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
@@ -30,7 +31,7 @@ class Simulation:
     Attributes:
         robot: nominal parameters.
         start: where rollouts begin.
-        physics_step: of the integrator [s]; divides the control period.
+        physics_step: upper bound of that of the integrator [s]; see `used_step`.
         effects: what the nominal parameters leave out.
         engine: that integrates the motion.
         draws: ranges of further effects, whose size PyBullet draws anew for each rollout; none: {}.
@@ -47,8 +48,7 @@ class Simulation:
         """The robot, at rest; all randomness comes from `seed`.
 
         Raises:
-            ConfigError: the physics step does not divide the control period, or robots of the planar model are to be
-                drawn.
+            ConfigError: the physics step is not positive, or robots of the planar model are to be drawn.
         """
         robot, start, step = self.robot, self.start, self.physics_step
         if self.engine is EngineName.PLANAR:
@@ -63,6 +63,11 @@ class Simulation:
                 robot=robot, effects=self.effects, draws=self.draws, start=start, physics_step=step, seed=seed
             )
         return SimPlant(robot=robot, effects=self.effects, start=start, physics_step=step, seed=seed)
+
+    @property
+    def used_step(self) -> float:
+        """The physics step that is used [s]."""
+        return dividing_step(self.robot.control_period, self.physics_step)
 
     def having(self, effects: Iterable[Effect]) -> "Simulation":
         """The same robot with these effects besides; one of a kind that it has takes the other's place."""

@@ -31,7 +31,7 @@ class TestedRobot:
         sheet: its data sheet.
         truth: what it is.
         start: where rollouts begin.
-        physics_step: [s].
+        physics_step: upper bound of the one that is used [s].
         seed: which virtual robot of its kind, as `link.seed` says it.
     """
 

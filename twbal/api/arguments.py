@@ -99,6 +99,9 @@ def check_plant(plant: object) -> None:
     if isinstance(plant, Plant):
         return
     advice = "of `with twbal.connect(port) as plant:`, or any twbal.core.plant.Plant"
+    if isinstance(plant, type) and issubclass(plant, Plant):
+        name = plant.__name__
+        raise ConfigError(f"plant must be a robot to drive, {advice}; {name} is a class: make one by {name}(...).")
     if hasattr(plant, "__enter__"):
         raise ConfigError(f"plant must be a robot to drive, {advice}; found a connection that is not open yet.")
     raise ConfigError(f"plant must be a robot to drive, {advice}; found {_said(plant)}. Are two arguments swapped?")
@@ -110,6 +113,15 @@ def check_progress(progress: object) -> None:
         raise ConfigError(
             f"progress must be a function of a line of text, such as print; found {_said(progress)}. Leave it out to "
             "be told nothing."
+        )
+
+
+def check_tell(tell: object) -> None:
+    """Raise ConfigError where something is no function that could be given episodes."""
+    if not callable(tell):
+        raise ConfigError(
+            f"tell must be a function of an episode, such as episodes.append; found {_said(tell)}. Leave it out to be "
+            "told nothing."
         )
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from twbal.algorithm.setup import Setup
 from twbal.api.sheets import RobotLike, words_for
-from twbal.cli.composed import composed
+from twbal.cli.composed import composed, translating
 from twbal.cli.diagnosis_config import composed_diagnosis
 from twbal.cli.setup_config import setup_of
 from twbal.core.threads import one_thread
@@ -20,6 +20,7 @@ def setup(robot: RobotLike = "paper", overrides: Sequence[str] = ()) -> Setup:
 
     Raises:
         ConfigError: there is no such robot or override, or a value cannot be right.
+        CheckpointError: a policy of the settings cannot be read.
 
     >>> import twbal
     >>> setup = twbal.setup("regbot", ["sim=regbot", "updates=2"])
@@ -27,4 +28,6 @@ def setup(robot: RobotLike = "paper", overrides: Sequence[str] = ()) -> Setup:
     (2, 0.49)
     """
     words = words_for(robot, overrides)
-    return setup_of(composed("iterate", words), composed_diagnosis())
+    cfg, diagnose = composed("iterate", words), composed_diagnosis()
+    with translating("iterate"):
+        return setup_of(cfg, diagnose)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from twbal.api.arguments import check_progress
 from twbal.api.files import GivenEpisode, GivenEpisodes, episodes_in, warn_of_duplicates
 from twbal.api.sheets import RobotLike, check_overrides, words_for
+from twbal.cli.composed import translating
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.cli.signals import interruptible
 from twbal.core.threads import one_thread
@@ -54,7 +55,9 @@ def diagnose(
     check_overrides(overrides, {"episodes": "episodes", "test_episodes": "test_episodes"})
     measured, tests = episodes_in("episode", episodes), episodes_in("test episode", test_episodes)
     warn_of_duplicates([*measured, *tests])
-    simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
+    cfg = composed_diagnosis(words_for(robot, overrides))
+    with translating("diagnose"):
+        simulation, settings, data = diagnosis_of(cfg)
     return diagnose_episodes(_named(measured), _named(tests), simulation, settings, data, progress)
 
 

@@ -1,6 +1,6 @@
 """Driving a robot by a policy, in simulation or for real, and what is to be made of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,9 +10,10 @@ from twbal.algorithm.collection import RolloutPlan, end_if_read_again
 from twbal.algorithm.collection import simulate as driven
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.setup import Setup
-from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects
+from twbal.api.arguments import check_plant, check_policy, check_tell, check_whole, checked_effects
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
+from twbal.api.read_settings import READ_BY_EVALUATION, READ_BY_SIMULATION, check_read
 from twbal.api.real_robots import stoppable
 from twbal.api.sheets import RobotLike, check_overrides
 from twbal.cli.composed import warn_of
@@ -76,11 +77,13 @@ def simulate(
         trials: how many rollouts.
         steps: control periods of each, at most; the tilt limit ends one earlier.
         seed: of start poses, noise and the policy's randomness.
-        overrides: settings of `twbal iterate`, such as `["sim=regbot", "state=paper"]`.
+        overrides: settings of `twbal iterate` that a simulation reads, such as `["sim=regbot", "state=paper"]`.
 
     Raises:
-        ConfigError: an argument or a setting cannot be right, or the policy was made for another control period.
+        ConfigError: an argument or a setting cannot be right, or is not read here, or the policy was made for another
+            control period.
         CheckpointError: the policy cannot be read.
+        DataError: the policy gives no law, or commands what is no number.
 
     Warns:
         UserWarning: the policy or a value of the sheet is hardly right for this robot.
@@ -96,6 +99,7 @@ def simulate(
     given = checked_effects(effects)
     driver = None if policy is None else _policy(policy)
     setup = configured(robot, overrides)
+    check_read("simulate", overrides, (*READ_BY_SIMULATION, *["policy"] * (driver is None)))
     simulation = setup.simulation.having(given)
     if driver is not None:
         _check_made_for(driver, setup)
@@ -130,12 +134,14 @@ def evaluate(
         effects: of the simulated robot, what the nominal parameters leave out.
         trials: how many.
         seed: of start poses, noise and the policy's randomness.
-        overrides: settings of `twbal iterate`, such as `["success.place_radii=null"]`.
-        tell: is given each trial on a `plant` as it ends, so that none is lost where a later one breaks off.
+        overrides: settings of `twbal iterate` that trials read, such as `["success.place_radii=null"]`.
+        tell: is given each trial as it ends, so that none is lost where a later one breaks off.
 
     Raises:
-        ConfigError: an argument or a setting cannot be right, the policy was made for another control period, or the
-            plant is not the robot that was named, or the policy commands more than its torque limit.
+        ConfigError: an argument or a setting cannot be right, or is not read here; the policy was made for another
+            control period, or commands more than the torque limit of the plant; or the plant is not the robot that was
+            named.
+        DataError: the policy gives no law or commands what is no number, or the plant returns no observation.
         CheckpointError: the policy cannot be read.
         LinkError: the plant was closed; or the robot fell silent, measures the same again and again, or does not
             confirm that it has stopped.
@@ -150,9 +156,11 @@ def evaluate(
     (2, 2)
     """
     _check_counts(trials, seed, overrides)
+    check_tell(tell)
     given = checked_effects(effects)
     driver = _policy(policy)
     setup = configured(robot, overrides)
+    check_read("evaluate", overrides, READ_BY_EVALUATION, plant is not None)
     if plant is not None:
         check_torque(driver, setup.simulation.robot)
     _check_made_for(driver, setup)
@@ -163,7 +171,7 @@ def evaluate(
     settings = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
     if plant is None:
         source = Provenance(name, "simulation", seed=seed)
-        episodes = tuple(driven(setup.simulation.having(given), driver, channels, settings, source))
+        episodes = _told(driven(setup.simulation.having(given), driver, channels, settings, source), tell)
     else:
         end_if_read_again()
         check_plant(plant)
@@ -193,11 +201,16 @@ def _driven_on(
     check_sensors(plant, channels.names)
     source = Provenance(robot.name, "robot", seed=settings.seed)
     plan = RolloutPlan(lambda: plant, driver, channels, settings.steps, settings.tilt_limit, new_watch=FrozenSensors)
-    episodes = list[Episode]()
     with stoppable(plant):
-        for episode in plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]):
-            tell(episode)
-            episodes.append(episode)
+        return _told(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]), tell)
+
+
+def _told(driven: Iterable[Episode], tell: Callable[[Episode], object]) -> tuple[Episode, ...]:
+    """The trials, of which `tell` is given each as it ends."""
+    episodes = list[Episode]()
+    for episode in driven:
+        tell(episode)
+        episodes.append(episode)
     return tuple(episodes)
 
 

@@ -1,7 +1,9 @@
 """The evaluation of simulations as a function."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import count
 from math import isclose
 
 from twbal.api.arguments import check_progress
@@ -15,6 +17,9 @@ from twbal.core.threads import one_thread
 from twbal.diagnosis.evaluation_inputs import GivenLog, GivenSimulation
 from twbal.diagnosis.evaluation_record import ALL_LOGS, CHANNEL_UNITS, PredictionScore, SimulationEvaluation
 from twbal.diagnosis.simulation_evaluation import evaluate_simulations
+
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
+_NO_NAMES = ("null", "true", "false", "nan", "inf")  # which an override takes for other values
 
 
 class CheckedEvaluation(SimulationEvaluation):
@@ -103,11 +108,26 @@ def evaluate_simulation(
         raise DataError("An evaluation needs at least one episode; found none.")
     warn_of_duplicates(measured)
     sims = {str(name): str(each) for name, each in simulations.items()}
-    words = [*words_for(robot, overrides), f"sims={text(sims or None)}"]
-    given, parameters, settings = composed_evaluation(words)
+    plain = _plain_names(sims)
+    words = [*words_for(robot, overrides), f"sims={text({plain[name]: each for name, each in sims.items()} or None)}"]
+    composed, parameters, settings = composed_evaluation(words)
+    own_names = {internal: name for name, internal in plain.items()}
+    given = [_renamed(each, own_names.get(each.name, each.name)) for each in composed]
     logs = [GivenLog(each.name, "in memory", "", each.episode) for each in measured]
     found = evaluate_simulations(_by_own_names(given, sims), logs, parameters, settings, progress)
     return CheckedEvaluation(found.robot, found.reference, found.simulations, found.logs, found.scores)
+
+
+def _plain_names(names: Collection[str]) -> dict[str, str]:
+    """Names that an override can have as keys, by those that a person gave, which may be any text."""
+    plain = {name: name for name in names if _PLAIN.fullmatch(name) and name.lower() not in _NO_NAMES}
+    others = (free for number in count() if (free := f"simulation_{number}") not in plain)
+    return {name: plain.get(name) or next(others) for name in names}
+
+
+def _renamed(simulation: GivenSimulation, name: str) -> GivenSimulation:
+    """The same simulation under a name, which its note has, too."""
+    return replace(simulation, name=name, note=simulation.note.replace(simulation.name, name))
 
 
 def _by_own_names(composed: Sequence[GivenSimulation], names: Iterable[str]) -> list[GivenSimulation]:

@@ -2,7 +2,8 @@
 
 import sys
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from types import FrameType
 
 from hydra import compose
@@ -14,7 +15,7 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import explained
-from twbal.cli.own_choices import refuse_packaged_names
+from twbal.cli.own_choices import refuse_missing_folders, refuse_packaged_names
 from twbal.cli.sheet_doubts import doubts_of
 from twbal.cli.sim_files import with_files
 from twbal.core.errors import TwbalError
@@ -35,15 +36,29 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
     Warns:
         UserWarning: a value of the robot's sheet is hardly right.
     """
-    try:
-        with composing():
-            refuse_packaged_names(overrides)
-            cfg = compose(stage.replace("-", "_"), with_files(overrides))
-            check_configuration(cfg, stage)
-    except (HydraException, OmegaConfBaseException) as error:
-        raise explained(error, stage, in_python=True) from error
+    with translating(stage), composing():
+        refuse_packaged_names(overrides)
+        refuse_missing_folders(overrides)
+        cfg = compose(stage.replace("-", "_"), with_files(overrides))
+        check_configuration(cfg, stage)
     warn_of(doubts_of(cfg))
     return cfg
+
+
+@contextmanager
+def translating(stage: str) -> Iterator[None]:
+    """Let what Hydra and OmegaConf complain of in the body come out as errors of twbal.
+
+    Args:
+        stage: on whose configuration the body works.
+
+    Raises:
+        TwbalError: in the place of theirs.
+    """
+    try:
+        yield
+    except (HydraException, OmegaConfBaseException) as error:
+        raise explained(error, stage, in_python=True) from error
 
 
 def warn_of(doubts: Iterable[str]) -> None:

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from functools import cache
 from math import ceil, sqrt
 from pathlib import Path
+from threading import RLock
 from typing import Any, Self
 
 import yaml
@@ -29,6 +30,7 @@ from twbal.core.robot_parameters import GRAVITY
 
 _GLOBAL = "_global_"
 _OF_HYDRA = ("defaults", "hydra")
+_one_at_a_time = RLock()
 
 
 class SharedRepository(dict[str, Any]):
@@ -65,16 +67,18 @@ class Choice(ConfigNode):
 def composing() -> Iterator[None]:
     """Let `hydra.compose` compose what twbal has, for the length of the body.
 
-    What Hydra has composed a configuration for, such as a stage that runs, has its Hydra again afterwards.
+    What Hydra has composed a configuration for, such as a stage that runs, has its Hydra again afterwards. Hydra is one
+    for all threads, so one thread composes at a time, and others wait.
     """
-    register_nodes()
-    running = GlobalHydra.instance().hydra
-    GlobalHydra.instance().clear()
-    try:
-        with initialize_config_dir(str(conf_folder()), version_base="1.3"):
-            yield
-    finally:
-        GlobalHydra.instance().hydra = running
+    with _one_at_a_time:
+        register_nodes()
+        running = GlobalHydra.instance().hydra
+        GlobalHydra.instance().clear()
+        try:
+            with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+                yield
+        finally:
+            GlobalHydra.instance().hydra = running
 
 
 def register_nodes() -> None:

@@ -38,9 +38,6 @@ _HOLD_RULES = (
 _built: set[tuple[str, str]] = set()
 """Parts that were built already in this process, and so are right: the stages of a run have most in common."""
 
-FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
-"""Stages that find a physics step which divides the control period of the logs."""
-
 
 def refuse_unread(cfg: DictConfig, stage: str, words: Sequence[str]) -> None:
     """Refuse a part of the configuration, as `+sede=3` adds it, that neither the stage nor a setting of it refers to.
@@ -110,9 +107,9 @@ def check_configuration(cfg: DictConfig, stage: str, hydra: HydraConf | None = N
         if isinstance(node, DictConfig) and (place, values) not in _built:
             _build(node)
             _built.add((place, values))
+    if stage == "iterate":
+        _check_horizon(own)
     check_effects(own)
-    if stage not in FIND_THEIR_STEP:
-        _check_step(own)
 
 
 def _part_of(word: str) -> str:
@@ -165,13 +162,13 @@ def _check_link(cfg: DictConfig, stage: str, in_python: bool) -> None:
             raise ConfigError(no_such_setting(f"link.{name}", "", stage, in_python))
 
 
-def _check_step(cfg: DictConfig) -> None:
-    """Whether the physics step divides the control period."""
-    from twbal.core.engine import substeps  # here, as help needs none of the simulation
+def _check_horizon(cfg: DictConfig) -> None:
+    """Whether trials last as long as the horizon over which their costs are summed."""
+    from twbal.core.evaluation import check_horizon  # here, as help needs no numbers
 
-    step, period = OmegaConf.select(cfg, "sim.physics_step"), OmegaConf.select(cfg, "robot.control_period")
-    if step is not None and period is not None:
-        substeps(period, step)
+    horizon = OmegaConf.select(cfg, "search.horizon")
+    if horizon is not None:
+        check_horizon(instantiate(cfg.success), horizon)
 
 
 def _at(tree: Any, place: str) -> Any:

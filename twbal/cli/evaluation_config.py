@@ -12,10 +12,10 @@ from omegaconf import DictConfig, ListConfig
 
 from twbal.algorithm.distribution_file import load_distribution
 from twbal.cli.artefacts import DISTRIBUTION
-from twbal.cli.composed import composed
+from twbal.cli.composed import composed, translating
 from twbal.cli.composition import composing
 from twbal.cli.manifest import read_manifest
-from twbal.cli.sim_files import IDENTIFIED, effects_in, is_simulation_file, physics_step_in, simulation_file
+from twbal.cli.sim_files import IDENTIFIED, effects_in, is_simulation_file, simulation_file
 from twbal.cli.typed_config import members, typed
 from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
@@ -66,7 +66,7 @@ def composed_evaluation(
         ConfigError: an override that the stage does not take, or a value or simulation that cannot be right.
     """
     cfg = composed("evaluate-sim", ["episodes=in_memory", *overrides])
-    with composing():
+    with translating("evaluate-sim"), composing():
         return simulations_of(cfg), instantiate(cfg.robot), typed(EvaluationSettings, cfg)
 
 
@@ -77,13 +77,6 @@ def simulation_files(simulations: Sequence[GivenSimulation]) -> list[Path]:
         *files,
         *(path for file in files if file.name == IDENTIFIED and (path := file.parent / DISTRIBUTION).is_file()),
     ]
-
-
-def physics_step_of(source: str) -> float:
-    """The physics step with which a next command takes a file or a choice of the group `sim` [s]."""
-    if is_simulation_file(source) and (step := physics_step_in(Path(source))) is not None:
-        return step
-    return float(compose("evaluate_sim", [f"sim={NOMINAL if is_simulation_file(source) else source}"]).sim.physics_step)
 
 
 def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:

@@ -3,14 +3,16 @@
 import inspect
 import re
 import traceback
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 from hydra._internal.defaults_list import Overrides
 from hydra.core.override_parser.types import Override
 from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
 from hydra.utils import get_object
+from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.refused_words import HOME
@@ -55,7 +57,7 @@ def explained(error: Exception, stage: str, in_python: bool = False) -> TwbalErr
         return ConfigError(_ambiguous(word))
     unknown = re.match(r"Could not (?:override|delete from config\.) '([^']+)'", str(error))
     if unknown:
-        return ConfigError(no_such_setting(unknown.group(1), _override_in(error), stage, in_python))
+        return ConfigError(no_such_setting(unknown.group(1), _override_in(error), stage, in_python, _composed(error)))
     if chosen_again := _chosen_again(error):
         return ConfigError(chosen_again)
     gone = re.match(r"Key '([^']+)' is not in struct|Interpolation key '([^']+)' not found", str(error))
@@ -167,6 +169,18 @@ def _ambiguous(word: str) -> str:
     return f"{word!r} has several values. For a list write '{key}=[{value}]', for a sweep over them add -m{point}."
 
 
+def _composed(error: Exception) -> Mapping[Any, Any]:
+    """The configuration, as plain values, to which Hydra could not apply an override; empty where it is not known."""
+    found = [
+        frame.f_locals.get("cfg")
+        for frame, _ in traceback.walk_tb(error.__traceback__)
+        if frame.f_globals["__name__"].startswith("hydra.")
+    ]
+    known = [cfg for cfg in found if isinstance(cfg, DictConfig)]
+    tree = OmegaConf.to_container(known[-1]) if known else {}
+    return tree if isinstance(tree, dict) else {}
+
+
 def _override_in(error: Exception) -> str:
     """The override that Hydra says how to write otherwise; "" where it does not."""
     word = re.search(r"^To append to your (?:config|default list) use \+(.*)$", str(error), re.MULTILINE)
@@ -227,22 +241,26 @@ def _wrong_entries(message: str, cause: str) -> str:
     """What is missing of a configuration or too much in it, out of what Python says of a call's arguments; else ""."""
     target = re.search(r"call to target '([^']+)'", message)
     takes = settings_taken(target.group(1)) if target else []
+    entries = f"Its entries are: {', '.join(takes)}"
+    entries += f" ({target.group(1)} takes these)." if target else "."
     missing = re.search(r"missing \d+ required (?:positional|keyword-only) arguments?: (.*)", cause)
     if missing:
         names = re.findall(r"'([^']+)'", missing.group(1))
         lines = ", ".join(f"`{name}: ...`" for name in names)
-        return f"lacks {', '.join(map(repr, names))}: add {lines}. Its entries are: {', '.join(takes)}."
+        return f"lacks {', '.join(map(repr, names))}: add {lines}. {entries}"
     unknown = re.search(r"unexpected keyword argument '([^']+)'", cause)
     if unknown:
         name = unknown.group(1)
-        return f"has no entry {name!r}{guess(name, takes)}: take it out. Its entries are: {', '.join(takes)}."
+        return f"has no entry {name!r}{guess(name, takes)}: take it out. {entries}"
     return ""
 
 
 def settings_taken(target: str) -> list[str]:
-    """Names of all that a `_target_` takes; none where they are not known."""
+    """Names of all that a `_target_` takes, but for those that are free; none where they are not known."""
+    free = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
     try:
-        return [name for name in inspect.signature(get_object(target)).parameters if name != "self"]
+        taken = inspect.signature(get_object(target)).parameters.values()
+        return [each.name for each in taken if each.name != "self" and each.kind not in free]
     except (ValueError, TypeError, ImportError):  # compiled ones have none
         return []
 

@@ -49,6 +49,20 @@ def refuse_packaged_names(words: Sequence[str]) -> None:
                 )
 
 
+def refuse_missing_folders(overrides: Sequence[str]) -> None:
+    """Refuse a folder of `hydra.searchpath` that is not there, which Hydra only warns of.
+
+    Args:
+        overrides: without Hydra's flags.
+
+    Raises:
+        ConfigError: there is such a folder.
+    """
+    for folder in _folders(overrides, ()):
+        if not folder.is_dir():
+            raise ConfigError(f"{_SEARCHED}[...] names the folder {folder}, which is not there. Check its path.")
+
+
 def _folders(words: Sequence[str], flags: Sequence[str]) -> Iterator[Path]:
     """The folders in which Hydra is to look for configuration: those of flags, and of its search path."""
     for word in with_flags(words):

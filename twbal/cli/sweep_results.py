@@ -18,17 +18,31 @@ def job_lines(sweep: Path) -> list[str]:
     Args:
         sweep: its folder.
     """
+    folders = job_folders(sweep)
+    names = [str(folder.relative_to(sweep)) for folder in folders]
+    width = max(map(len, names), default=0)
+    return [f"  {name:{width}}  {result_of(folder)}" for name, folder in zip(names, folders, strict=True)]
+
+
+def job_folders(sweep: Path) -> list[Path]:
+    """The folders of the jobs, in order, also of those that earlier goes left there.
+
+    Args:
+        sweep: its folder.
+    """
     folders: list[Path] = []
     for folder in sorted({path.parent for path in sweep.glob("*/**/*") if path.name in _OF_A_JOB}):
         if not any(job in folder.parents for job in folders):
             folders.append(folder)
-    names = [str(folder.relative_to(sweep)) for folder in folders]
-    width = max(map(len, names), default=0)
-    return [f"  {name:{width}}  {_result(folder)}" for name, folder in zip(names, folders, strict=True)]
+    return folders
 
 
-def _result(folder: Path) -> str:
-    """Of one job."""
+def result_of(folder: Path) -> str:
+    """What a job came to, in words.
+
+    Args:
+        folder: of the job.
+    """
     from twbal.cli.manifest import (
         read_manifest,
     )  # here, as it loads NumPy, which jobs elsewhere have to set threads for

@@ -30,6 +30,7 @@ from twbal.cli.commands import parsed, refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration, refuse_unread
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sweep_results import FAILURE, job_lines
+from twbal.cli.swept_values import check_swept_values
 from twbal.core.errors import ConfigError, LinkError, SweepError, TwbalError
 from twbal.core.files import write_atomically
 from twbal.core.threads import asked_threads
@@ -284,13 +285,16 @@ class Announcement(Callback):
             raise StageFailed(error) from error
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Print the sweep's folder.
+        """Check the values that it lists, and print the sweep's folder.
 
         Raises:
-            StageFailed: its jobs would not run in the folder of the command.
+            StageFailed: its jobs would not run in the folder of the command, or a value is out of its range.
         """
         try:
             _refuse_other_folder(config)
+            words = OmegaConf.to_container(config.hydra.overrides.task, resolve=False)
+            assert isinstance(words, list)
+            check_swept_values(config.hydra.job.name, list(map(str, words)))
         except ConfigError as error:
             raise StageFailed(error) from error
         override = shlex.quote(f"hydra.sweep.dir={text(str(config.hydra.sweep.dir))}")

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from numbers import Real
 from typing import NamedTuple
 
 import numpy as np
@@ -89,6 +90,28 @@ class Estimated(NamedTuple):
     sd: float
 
 
+def _numbers(name: str, values: object) -> Array:
+    """A copy of the numbers of a part of an episode; text is none.
+
+    Raises:
+        DataError: they are no numbers, or rows are not of one length.
+    """
+    try:
+        found = np.array(values)
+        if found.dtype.kind not in "biufO" or any(isinstance(each, str | bytes) for each in _objects(found)):
+            raise DataError(f"The {name} of an episode must be numbers; found an array of {found.dtype}.")
+        if not found.ndim:
+            raise DataError(f"The {name} of an episode must be an array of numbers; found {values!r:.80}.")
+        return found.astype(np.float64, copy=False)
+    except (TypeError, ValueError) as error:
+        raise DataError(f"The {name} of an episode must be numbers, in rows of one length: {error}.") from error
+
+
+def _objects(values: Array) -> Iterable[object]:
+    """The elements of an array of Python's objects; none of other arrays."""
+    return values.ravel().tolist() if values.dtype.kind == "O" else ()
+
+
 @dataclass(frozen=True, eq=False)
 class Episode:
     """T control periods of a robot.
@@ -112,7 +135,8 @@ class Episode:
             were told within a turn, as engines and cameras do, run on beyond ±π.
 
     Raises:
-        DataError: shapes do not fit together, a value is not finite, or time does not run forward.
+        DataError: a part is not of its type, shapes do not fit together, a value is not finite, or time does not run
+            forward.
     """
 
     channels: tuple[str, ...]
@@ -129,15 +153,15 @@ class Episode:
     headings: Array | None = None
 
     def __post_init__(self) -> None:
-        self._check_poses()
+        self._check_types()
         optional = tuple(name for name in ("references", "headings") if getattr(self, name) is not None)
         given = ("observations", "states", "commands", *optional)
         for name in given:
-            values = np.array(getattr(self, name), dtype=np.float64)
+            values = _numbers(name, getattr(self, name))
             values.flags.writeable = False
             object.__setattr__(self, name, values)
+        self._check_poses()
         object.__setattr__(self, "channels", tuple(self.channels))
-        object.__setattr__(self, "outcome", Outcome(self.outcome))
         for channel, sd in self.estimated:
             if channel not in Observation._fields or not sd >= 0:  # infinite: nothing is known of it
                 raise DataError(f"An episode has no channel {channel!r} estimated to {sd}.")
@@ -166,6 +190,33 @@ class Episode:
             row = int(np.argmin(np.diff(self.observations[:, 0])))
             raise DataError(f"Time does not run forward between samples {row} and {row + 1} of the episode.")
 
+    def _check_types(self) -> None:
+        """Check all that is no array, and make the outcome one.
+
+        Raises:
+            DataError: a part is not of its type.
+        """
+        channels: object = self.channels
+        names = tuple(channels) if isinstance(channels, Iterable) and not isinstance(channels, str) else (channels,)
+        if isinstance(channels, str) or not all(isinstance(name, str) for name in names):
+            raise DataError(
+                "The channels of an episode must be names of channels, such as ('tilt', 'tilt_rate'); found "
+                f"{channels!r:.80}."
+            )
+        period: object = self.control_period
+        if isinstance(period, bool) or not isinstance(period, Real):
+            raise DataError(f"The control period must be a number, in s; found {period!r:.80}.")
+        if not isinstance(self.provenance, Provenance):
+            raise DataError(
+                "The provenance of an episode must be a Provenance, such as Provenance('my_robot', 'robot'); found "
+                f"{self.provenance!r:.80}."
+            )
+        if self.outcome not in list(Outcome):
+            raise DataError(
+                f"The outcome of an episode must be one of {', '.join(Outcome)}; found {self.outcome!r:.80}."
+            )
+        object.__setattr__(self, "outcome", Outcome(self.outcome))
+
     def _check_poses(self) -> None:
         """Check the poses and make them a constant of their own.
 
@@ -174,7 +225,7 @@ class Episode:
         """
         if self.poses is None:
             return
-        poses = np.array(self.poses, dtype=np.float64)
+        poses = _numbers("poses", self.poses)
         expected = len(self.commands) + 1, len(Pose._fields)
         if poses.shape != expected:
             raise DataError(

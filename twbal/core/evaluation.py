@@ -8,8 +8,8 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from twbal.core.episode import Episode
-from twbal.core.errors import ConfigError
+from twbal.core.episode import Episode, Outcome
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 
@@ -252,12 +252,44 @@ def _command_change(episode: Episode, rule: SuccessCriterion) -> float | None:
 def real_cost(episode: Episode, cost: StateCost, horizon: int) -> float:
     """Long-term cost Σ_{t=1..H} c(x_t) of what the robot did, H = `horizon` (eq. 9, without expectation).
 
-    A step that the robot did not reach counts as 1, whatever ended the rollout: it is not balancing then. x_0 is left
-    out, as no policy can change it; the cost lies in [0, H].
+    A step that the robot did not reach counts as 1, whatever ended the rollout early: it is not balancing then. x_0 is
+    left out, as no policy can change it; the cost lies in [0, H]. A rollout that was completed, and is shorter than the
+    horizon, has no such cost: the robot may well have balanced on, and a sum over fewer steps compares with no other.
+
+    Args:
+        episode: T steps, with the state that the cost is of.
+        cost: of the states, from (T, D) to (T,).
+        horizon: H [control periods].
+
+    Raises:
+        DataError: the rollout was completed before the horizon.
     """
+    if episode.outcome is Outcome.COMPLETED and len(episode) < horizon:
+        raise DataError(
+            f"A completed rollout of {len(episode)} control periods has no long-term cost over {horizon}: nobody knows "
+            "what comes after its end. Drive longer rollouts, or take a smaller horizon (search.horizon)."
+        )
     states = episode.states[1 : horizon + 1]
     seen = float(np.sum(cost(states))) if len(states) else 0.0
     return seen + horizon - len(states)
+
+
+def check_horizon(rule: SuccessCriterion, horizon: int) -> None:
+    """Check that a trial lasts long enough for its long-term cost.
+
+    Args:
+        rule: says how long a trial lasts.
+        horizon: over which costs are summed [control periods].
+
+    Raises:
+        ConfigError: it ends before the horizon.
+    """
+    if rule.steps < horizon:
+        raise ConfigError(
+            f"A trial must last as long as the horizon of its cost; found success.duration of {rule.steps} control "
+            f"periods and search.horizon={horizon}. Give a longer success.duration, or search.horizon={rule.steps} or "
+            "less."
+        )
 
 
 def positions(episode: Episode, wheel_radius: float) -> Array:

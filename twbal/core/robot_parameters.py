@@ -43,6 +43,8 @@ class RobotParameters:
         tolerance_factors: by value, how much more than a published one it may be off (`robot_sheet`); 1 for others. It
             says nothing of the robot itself, and robots are compared and named without it.
 
+    A number of another library, such as NumPy's, becomes one of Python's.
+
     Raises:
         ConfigError: a value that no robot can have.
     """
@@ -64,6 +66,11 @@ class RobotParameters:
     tolerance_factors: Mapping[str, float] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or "${" in self.name:
+            raise ConfigError(
+                f"The name of a robot must be a text without ${{, which settings take for a reference; found "
+                f"{self.name!r:.80}."
+            )
         for item in fields(self):
             value = getattr(self, item.name)
             if item.name in ("name", "tolerance_factors"):
@@ -73,6 +80,8 @@ class RobotParameters:
                     f"{item.name} of robot {self.name!r} must be a number, in SI units and without a unit; found "
                     f"{value!r:.80}."
                 )
+            if type(value) not in (int, float):
+                object.__setattr__(self, item.name, float(value))
             if item.name == "com_offset":
                 continue
             if not 0 < value < float("inf"):

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from twbal.core.channels import Channels
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
 from twbal.models.gp import GaussianProcess, Posterior
@@ -118,19 +118,37 @@ class DynamicsModel:
         return slope
 
     def step_mean(self, states: Array, commands: Array) -> Array:
-        """Mean of the next states, (m, D), from `states` (m, D) and `commands` (m,) [N·m]."""
-        inputs = np.column_stack([states, commands])
+        """Mean of the next states, (m, D), from `states` (m, D) and `commands` (m,) [N·m].
+
+        Raises:
+            DataError: states or commands are of another shape.
+        """
+        inputs = self._inputs_of(states, commands)
         return inputs @ self.transition_matrix.T + self.change(inputs) @ self.selection.T
 
     def step_distribution(self, states: Array, commands: Array) -> OneStepPrediction:
-        """Distribution of the next states from `states` (m, D) and `commands` (m,) [N·m], eq. 7."""
-        inputs = np.column_stack([states, commands])
+        """Distribution of the next states from `states` (m, D) and `commands` (m,) [N·m], eq. 7.
+
+        Raises:
+            DataError: states or commands are of another shape.
+        """
+        inputs = self._inputs_of(states, commands)
         variance = np.zeros((len(inputs), self.f.outputs))
         if self.keep_f_variance:
             variance += self.f.predict(inputs[:, list(self.inputs)]).variance
         if self.g is not None:
             variance += self.g.predict(inputs[:, list(self.inputs)]).variance
         return OneStepPrediction(self.step_mean(states, commands), variance)
+
+    def _inputs_of(self, states: Array, commands: Array) -> Array:
+        """(x, u) of known states and commands, (m, D + 1)."""
+        found, given = np.shape(states), np.shape(commands)
+        if len(found) != 2 or found[1] != len(self.names) or given != found[:1]:
+            raise DataError(
+                f"A step needs states of shape (m, {len(self.names)}), with the channels {', '.join(self.names)} side "
+                f"by side, and commands of shape (m,); found {found} and {given}."
+            )
+        return np.column_stack([states, commands])
 
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays from which `from_payload` makes the same model."""

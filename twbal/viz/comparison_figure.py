@@ -1,6 +1,6 @@
 """Groups of runs beside each other: every run a dot, medians as lines."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from textwrap import fill
 
 import numpy as np
@@ -25,10 +25,14 @@ _TAKES = {"crps_ratio": "takes three trials or more of a policy"}
 
 
 @styled
-def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
+def comparison_figure(groups: Mapping[str, Sequence[Run]], incomparable: Collection[str] = ()) -> Figure:
     """Draw each metric of each run; runs that never got there stand in a strip above the numbers of the axis.
 
     Long names of groups are shortened.
+
+    Args:
+        groups: runs by the name of their group.
+        incomparable: metrics that are left out of all runs, as these were judged by unlike settings.
     """
     names = short_names(groups)
     longest = max(map(len, names.values()))
@@ -40,6 +44,7 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
         _draw_metric(panel, [each[~np.isnan(each)] for each in values], "share" in what or metric == "coverage", jitter)
         if all(np.isnan(each).all() for each in values):
             reason = f"measured in none of these runs{f': {_TAKES[metric]}' if metric in _TAKES else ''}"
+            reason = "does not compare: the runs have unlike settings" if metric in incomparable else reason
             middle = (0.5, 0.5)
             text = fill(reason, _TITLE - 8)
             panel.annotate(text, middle, xycoords="axes fraction", ha="center", va="center", color=MUTED.light)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from twbal.cli.settings.kinds import Number, Setting, Span
+from twbal.cli.settings.kinds import Below, Number, Setting, Span
 from twbal.effects.effect import Effect
 from twbal.effects.parameter import Parameter, parameters_of
 
@@ -30,10 +30,14 @@ def effect_settings(
 def accepted(parameter: Parameter, scale: float) -> Number:
     """What a parameter may be: far more than plausible robots have, and the value at which it does nothing.
 
+    It is cut at `least` and `below`, beyond which the effect itself takes none.
+
     Args:
         parameter: what is known of it.
         scale: what its range is multiplied by.
     """
     low, high = scale * parameter.low, scale * parameter.high
-    least = _BEYOND * low if low < 0 else low / _BEYOND
-    return Number(min(least, parameter.neutral), max(_BEYOND * high, parameter.neutral), parameter.unit)
+    least = min(_BEYOND * low if low < 0 else low / _BEYOND, parameter.neutral)
+    most = max(_BEYOND * high, parameter.neutral)
+    kind = Number if most < parameter.below or most == parameter.neutral else Below
+    return kind(max(least, parameter.least), min(most, parameter.below), parameter.unit)

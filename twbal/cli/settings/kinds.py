@@ -61,6 +61,20 @@ class Whole(Number):
 
 
 @dataclass(frozen=True)
+class Below(Number):
+    """A finite number from `low`, which may be taken, to `high`, which may not."""
+
+    def takes(self, value: Any) -> bool:
+        """Less than `high`."""
+        return super().takes(value) and value < self.high
+
+    @property
+    def range(self) -> str:  # type: ignore[override]
+        """As `-1 to below 1`."""
+        return f"{figure(self.low)} to below {figure(self.high)}"
+
+
+@dataclass(frozen=True)
 class YesNo(Kind):
     """True or false; 0, 1, `yes` and `no` are neither."""
 

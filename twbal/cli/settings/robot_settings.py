@@ -64,7 +64,11 @@ STATE = (
 )
 
 SIMULATION = (
-    Setting("sim.physics_step", PHYSICS_STEP, "step of the integrator; divides the control period"),
+    Setting(
+        "sim.physics_step",
+        PHYSICS_STEP,
+        "step of the integrator, at most; it divides the control period",
+    ),
     Setting("sim.engine", OneOf(("pybullet", "planar")), "planar: the analytic equations of motion"),
     Setting("sim.effects", Part(), "what the data sheet leaves out; +effect@sim.effects.<name>=<name>"),
     Setting("sim.effects.*", Part(), "an effect"),

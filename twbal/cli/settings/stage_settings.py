@@ -111,7 +111,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("max_yaw_rate", Number(0.001, 1e4, "rad/s"), "yaw rate beyond which instants do not count"),
         Setting("max_tilt", TILT_LIMIT, "tilt at which an episode is cut off"),
         Setting("next_experiment", YesNo(), "suggest an experiment where something stays open"),
-        Setting("free_form", YesNo(), "draw a function of one variable where something remains"),
+        Setting("free_form", YesNo(), "look for a function of one variable in what remains"),
     ),
     "evaluate-sim": (
         _SEED,
@@ -225,7 +225,11 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
     "virtual-robot": (
         _common("seed", SEED, "which robot: what it hides, its starts and noise"),
         _common("clock", CLOCK, "clock; real_time streams as a robot does"),
-        Setting("physics_step", PHYSICS_STEP, "step of its integrator; divides the control period"),
+        Setting(
+            "physics_step",
+            PHYSICS_STEP,
+            "step of its integrator, at most; it divides the control period",
+        ),
         Setting("self_stop_tilt", TILT_LIMIT, "tilt at which it stops itself"),
         Setting("watchdog", Number(0.001, 3600.0, "s"), "silence of the host at which it stops itself"),
         Setting("protocol", Whole(1, 2), "version of the link's protocol that it speaks"),

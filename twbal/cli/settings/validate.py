@@ -1,9 +1,13 @@
 """Holds a configuration against the table of settings."""
 
 import difflib
+import inspect
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any, NamedTuple
+
+from hydra.utils import get_object
 
 from twbal.cli.settings.comma_number import is_comma_number
 from twbal.cli.settings.help_text import shown
@@ -14,6 +18,7 @@ from twbal.cli.settings.renamed import name_now, renamed
 from twbal.core.errors import ConfigError
 
 FREE = ("agent.options",)  # parts with names of another library, which checks them
+_COST = "cost"
 _NAMED = 3  # further wrong settings that are named one by one
 _LONGEST_VALUE = 60  # characters of a value that are shown
 
@@ -52,7 +57,8 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     found = list(faults(stage, tree))
     if not found:
         return
-    first, *others = found
+    first = next((each for each in found if any(of.key.endswith(f".{each.key}") for of in found)), found[0])
+    others = [each for each in found if each is not first]  # some of them may refer to the first
     meaning = f" ({first.meaning})" if first.meaning else ""
     named = ", ".join(fault.key for fault in others[:_NAMED])
     more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
@@ -85,7 +91,31 @@ def _refuse_unknown_names(stage: str, tree: Mapping[str, Any], table: Table) -> 
         beside = table.names_in(place)
         near = difflib.get_close_matches(name, beside, n=1)
         guess = f" (did you mean '{place}.{near[0]}'?)" if near else ""
-        raise ConfigError(f"{stage} has no setting {key!r}{guess}. Those of {place} are: {', '.join(beside)}.")
+        if name.isdecimal():  # yaml takes {scale: 0,1} for a scale of 0 and an entry 1
+            guess = " (a decimal comma? Write 0.1, with a point)"
+        also = _of_cost(tree, name) if place == _COST else ""
+        raise ConfigError(f"{stage} has no setting {key!r}{guess}. Those of {place} are: {', '.join(beside)}.{also}")
+
+
+def _of_cost(tree: Mapping[str, Any], name: str) -> str:
+    """What is said besides of an entry of the cost: where it has to be added, by somebody who adds a cost."""
+    cost = tree.get(_COST)
+    target = str(cost.get("_target_", "")) if isinstance(cost, Mapping) else ""
+    try:
+        called = get_object(target)
+        taken = set(inspect.signature(called).parameters)
+    except (ImportError, TypeError, ValueError):  # which is told where the cost is built
+        return ""
+    kind = getattr(called, "__self__", None)  # of a class method, such as `over`, which takes the fields, too
+    if isinstance(kind, type) and is_dataclass(kind):
+        taken |= {each.name for each in fields(kind)}
+    if name not in taken:
+        return f" {target} does not take it either."
+    return (
+        f" {target} takes it, so add a line such as "
+        f'`Setting("{_COST}.{name}", Number(0.0, 1.0), "what it means")` to COST of '
+        "twbal/cli/settings/search_settings.py."
+    )
 
 
 def _known_above(key: str, table: Table) -> tuple[str, str]:

@@ -2,29 +2,32 @@
 
 import csv
 import io
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from omegaconf import DictConfig, ListConfig
 
-from twbal.algorithm.comparison import Run, latex, rows, run_values, without_pairs
-from twbal.algorithm.summary import read_summary
+from twbal.algorithm.comparison import Run, latex, rows, unmeasured, without_pairs
 from twbal.cli.artefacts import POLICY_ENDING
+from twbal.cli.compared_runs import (
+    SUMMARY,
+    FoundRun,
+    Incomparable,
+    by_swept_settings,
+    found_runs,
+    incomparable,
+    left_out,
+    unpaired,
+)
 from twbal.cli.console import run_folder
-from twbal.cli.manifest import MANIFEST, StageWork, perform_anew, read_manifest
+from twbal.cli.manifest import StageWork, perform_anew
 from twbal.cli.typed_config import recorded, typed
-from twbal.cli.yaml_data import OF_A_RUN, read_yaml, yaml_of
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import write_atomically
 from twbal.viz.canvas import svg
 from twbal.viz.comparison_figure import comparison_figure
 from twbal.viz.page import inline, render
-
-SUMMARY = "summary.json"
-_JUDGED_BY = {"success": ("rule of success", "successes"), "cost": ("cost function", "costs")}
 
 
 @dataclass(frozen=True)
@@ -42,20 +45,20 @@ def main(cfg: DictConfig) -> None:
     files = [path for path in folders.values() if path.suffix == POLICY_ENDING]
     if files and not settings.robustness:
         raise ConfigError(f"{files[0]} is a policy; policies alone are compared by robustness=true.")
-    summaries = {name: [path] if path in files else _summaries(path) for name, path in folders.items()}
+    runs = {} if files else _runs(folders)
     tested = None
     if settings.robustness:  # found before anything is drawn, so that what is wrong with them is said at once
         from twbal.cli.robustness_stage import compare_robustness, tested_policies  # here, as it loads MuJoCo
 
-        groups = {name: [each if each in files else each.parent for each in found] for name, found in summaries.items()}
-        tested = tested_policies(cfg, groups)
-    if not files:
-        for doubt in _judged_otherwise([file for found in summaries.values() for file in found]):
-            print(f"WARNING: {doubt}")
+        tested = tested_policies(cfg, _policies(folders, runs, files))
+    judged = incomparable([each for found in runs.values() for each in found])
+    doubts = [*filter(None, (left_out(*each) for each in folders.items())), *unpaired(runs), *judged.doubts]
+    for doubt in doubts:
+        print(f"WARNING: {doubt}")
 
     def make() -> list[Path]:
-        groups = {} if files else {name: list(map(_run, found)) for name, found in summaries.items()}
-        made = _compare_runs(groups, out, settings) if groups else []
+        groups = {name: [each.run for each in found] for name, found in runs.items()}
+        made = _compare_runs(groups, out, Incomparable(judged.metrics, tuple(doubts))) if groups else []
         return made if tested is None else [*made, *compare_robustness(cfg, tested, out)]
 
     step = StageWork("compare", out, recorded(cfg, ()), {}, settings.seed)
@@ -66,15 +69,41 @@ def main(cfg: DictConfig) -> None:
     print(f"next  look at {' and '.join(pages)}")
 
 
-def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Settings) -> list[Path]:
-    """Print and write tables, figure and page of what runs came to."""
-    table = rows(groups)
+def _runs(folders: Mapping[str, Path]) -> dict[str, list[FoundRun]]:
+    """The runs below folders; those of a sweep of several settings in groups of their own."""
+    found = {name: found_runs(_summaries(path)) for name, path in folders.items()}
+    return {name: runs for group, each in found.items() for name, runs in by_swept_settings(group, each).items()}
+
+
+def _policies(
+    folders: Mapping[str, Path], runs: Mapping[str, Sequence[FoundRun]], files: Sequence[Path]
+) -> dict[str, list[Path]]:
+    """Policy files, and folders of runs, by the name of their group."""
+    if not files:
+        return {name: [each.folder for each in found] for name, found in runs.items()}
+    return {
+        name: [path] if path in files else [file.parent for file in _summaries(path)] for name, path in folders.items()
+    }
+
+
+def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, judged: Incomparable) -> list[Path]:
+    """Print and write tables, figure and page of what runs came to.
+
+    Args:
+        groups: runs by the name of their group.
+        out: run folder.
+        judged: what does not compare, and all that was warned of.
+    """
+    compared = unmeasured(groups, judged.metrics)
+    table = rows(compared)
     names = list(dict.fromkeys(key for row in table for key in row))
-    figure = comparison_figure(groups)
+    figure = comparison_figure(compared, judged.metrics)
     drawn = svg(figure)
     write_atomically(out / "comparison.svg", drawn)
     picture = inline(drawn, "comparison", "Every metric of every run, by group")
-    page = render("comparison.html.jinja", groups=groups, rows=table, names=names, picture=picture)
+    page = render(
+        "comparison.html.jinja", groups=groups, rows=table, names=names, picture=picture, doubts=judged.doubts
+    )
     write_atomically(out / "comparison.html", page)
     write_atomically(out / "table.csv", _csv(names, table))
     each = [
@@ -87,7 +116,7 @@ def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Sett
     for line in _columns(names, table):
         print(line)
     for name in without_pairs(groups):
-        print(f"no run of {name} has robot and seeds of one of {next(iter(groups))}: better, worse, p are -")
+        print(f"no run of {name} has robot and seeds of one of {next(iter(groups))}: - stands where pairs would")
     return [out / name for name in ("comparison.html", "comparison.svg", "table.csv", "runs.csv", "table.tex")]
 
 
@@ -127,39 +156,6 @@ def _summaries(folder: Path) -> list[Path]:
             f"{folder} {what if folder.exists() else 'is not there'}. Give a run folder, or the folder of a sweep."
         )
     return files
-
-
-def _run(file: Path) -> Run:
-    summary = read_summary(file)
-    return Run((summary.robot, str(summary.seed), _link_seed(file.parent)), run_values(summary))
-
-
-def _settings(run: Path) -> Any:
-    """A run's configuration, as its yaml holds it; {} where there is none.
-
-    A copy of a run may be without hidden files, and so without Hydra's. Then the run's manifest is asked.
-    """
-    try:
-        return read_yaml(run / ".hydra" / "config.yaml", OF_A_RUN)
-    except FileNotFoundError:
-        manifest = read_manifest(run)
-        return {} if manifest is None else yaml_of(manifest.settings, run / MANIFEST, OF_A_RUN)
-
-
-def _link_seed(run: Path) -> str:
-    """The seed of a run's virtual robot, as its configuration says it; "None" where it says none."""
-    try:
-        return str(_settings(run)["link"]["seed"])
-    except (KeyError, TypeError):
-        return "None"
-
-
-def _judged_otherwise(files: Sequence[Path]) -> Iterator[str]:
-    """What is not comparable between runs, by their summaries: each a sentence."""
-    every = [settings for file in files if isinstance(settings := _settings(file.parent), dict)]
-    for key, (what, judged) in _JUDGED_BY.items():
-        if len({json.dumps(settings[key], sort_keys=True) for settings in every if key in settings}) > 1:
-            yield f"the runs do not have the same {what} ({key}=...), so their {judged} do not compare"
 
 
 def _csv(names: Sequence[str], table: Sequence[Mapping[str, str]]) -> str:
