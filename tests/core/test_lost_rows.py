@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twbal.core.lost_rows import refilled, settled_rows
+from twbal.core.lost_rows import refilled
 
 PERIODS = 800
 A = np.array([[1.02, 0.02, 0.0], [0.9, 1.01, 0.0], [-0.3, 0.0, 0.98]])
@@ -99,24 +99,3 @@ def test_a_command_that_nothing_shows_is_the_one_before():
     _, given = refilled(lines, held, measured)
     rows = of_single_rows(measured)
     assert np.std((given - held)[rows]) < 0.5 * np.std(np.diff(commands))
-
-
-def test_rows_after_a_lost_one_are_left_out_for_a_tenth_of_a_second():
-    measured = np.ones(1000, bool)
-    measured[[100, 300, 301, 302]] = False
-    settled = settled_rows(measured, 0.02)
-    left_out = np.flatnonzero(measured & ~settled)
-    np.testing.assert_array_equal(left_out, [*range(101, 106), *range(303, 318)])
-
-
-def test_where_many_rows_are_lost_most_of_the_others_still_count():
-    for share in (0.02, 0.1, 0.3):
-        measured = np.random.default_rng(1).uniform(size=4000) >= share
-        settled = settled_rows(measured, 0.005)
-        assert not (settled & ~measured).any()
-        assert 0.7 * measured.sum() <= settled.sum() <= measured.sum()
-
-
-def test_without_a_lost_row_all_count():
-    measured = np.ones(50, bool)
-    assert settled_rows(measured, 0.02) is measured

@@ -6,8 +6,6 @@ from twbal.core.gaussian import Array, Mask
 
 _LAGS = 3  # commands that move the robot in one control period: the present one, and two that may act late
 _ENOUGH = 10  # whole rows for each coefficient of the regression, at least
-_UNSETTLED, _LONGEST = 0.1, 0.4  # s after a lost row, and after several side by side: each adds as much, up to this
-_KEPT = 0.7  # share of the measured rows that must be left
 _LEAST = 1e-9  # share of a channel's variance that counts as noise where a regression leaves less
 
 
@@ -71,30 +69,3 @@ def _single(measured: Mask, first: int) -> Array:
     inside = lost[(lost > first + 1) & (lost + _LAGS < len(measured))]
     reach = [n for n in range(-first - 1, _LAGS + 1) if n]
     return np.array([row for row in inside if measured[row + np.array(reach)].all()], int)
-
-
-def settled_rows(measured: Mask, period: float) -> Mask:
-    """Rows (K + 1,) that were measured, without those at which a prediction still suffers from a lost one.
-
-    The command of a lost row is not known, and what stands for its values is no measurement. So predictions after it
-    are off by more than their noise, until measurements have made up for that. Where rows are lost so often that too
-    few would be left, fewer are left out after each.
-
-    Args:
-        measured: (K + 1,), False where a row was lost.
-        period: control period [s].
-    """
-    lost = np.flatnonzero(~measured)
-    if not len(lost):
-        return measured
-    runs = [(int(part[0]), int(part[-1])) for part in np.split(lost, np.flatnonzero(np.diff(lost) > 1) + 1)]
-    share, settled = 1.0, measured.copy()
-    while share > 0.01:
-        settled = measured.copy()
-        for first, last in runs:
-            after = min(_UNSETTLED * (last - first + 1), _LONGEST)
-            settled[last + 1 : last + 1 + round(share * after / period)] = False
-        if settled.sum() >= _KEPT * measured.sum():
-            return settled
-        share *= 0.5
-    return settled

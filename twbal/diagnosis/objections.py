@@ -100,7 +100,7 @@ def objections(
         settings: of the diagnosis.
         extent: how far the recordings go.
     """
-    limit = autocorrelation_limit(chosen.fit.counted, settings)
+    limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
     found = list[Objection]()
     if chosen.compared_by > limit:  # of values that a set has settled to, more remains (`graded.remaining_of`)
         said = f"The residuals stay autocorrelated: their Ljung-Box statistic is {chosen.compared_by:.3g} times "
@@ -155,7 +155,7 @@ def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
 
 def may_be_a_finding(chosen: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set's errors are little autocorrelated, with no parameter at a bound."""
-    limit = autocorrelation_limit(chosen.fit.counted, settings)
+    limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
     return chosen.autocorrelation <= limit and not chosen.at_bound
 
 

@@ -41,11 +41,6 @@ class Fit(NamedTuple):
         """(P,) fitted values."""
         return np.array([self.model.value(free.field) for free in self.free_parameters])
 
-    @property
-    def counted(self) -> int:
-        """Instants whose prediction errors count."""
-        return int(np.any(self.white.reshape(-1, 4) != 0.0, axis=1).sum())
-
 
 def penalty(free_parameters: Sequence[FreeParameter], values: Array) -> float:
     """-2 log prior of free values, but for a constant."""

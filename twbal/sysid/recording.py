@@ -11,7 +11,6 @@ from scipy.ndimage import uniform_filter1d
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array, Mask
-from twbal.core.lost_rows import settled_rows
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.time_base import LATE, LoopJitter, evened, is_uneven, means_over_periods, pace_of, places_of
@@ -50,7 +49,7 @@ class Recording:
         measured: (T + 1, 4) in the order of `MEASURED`. Of an uneven loop, as an even one would have read it.
         yaw_rate: (T + 1,) [rad/s], with the gyro's noise smoothed away.
         usable: (T + 1,); False at instants whose prediction errors do not count: the robot turned too fast, or the row
-            was lost, or one shortly before.
+            was lost.
         sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
             errors do not count.
         run: number of the run of the robot that it is from, in which battery and floor stay what they are.
@@ -318,7 +317,7 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     sensed = np.array([channel not in worked_out for channel in MEASURED])
     values = seen[:end, [*_COLUMNS, _YAW]]
     even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES, uneven)
-    usable = settled_rows(even.measured, robot.control_period) & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
+    usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
     smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
     loop = loop_of(even, seen[:end, _TIME], measured[:end], robot.control_period)
     return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed, loop)
