@@ -21,8 +21,8 @@ from twbal.planar.planar_state import STRAIGHT, PlanarState
 from twbal.planar.sensing import imu_settled, sensor_slopes
 from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, SLOWEST_FILTER, UNSENSED, NoiseModel
 
-_INSTANTS, _SECONDS = 50, 1.0  # whichever is longer: after which gains are taken to have settled
-_SETTLED = 5e-3  # change of gains in a second [1/s]; their rows are rad, rad/s and N·m for each rad or rad/s measured
+_INSTANTS = 50  # after which gains have settled
+_SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
 _IN_READINGS = ((10, 0), (11, 1), (12, 2), (13, 1))  # states of the discrepancy that are errors of a channel, and which
 _STEPS = 5  # physics steps of a control period in the linear model
 
@@ -42,9 +42,9 @@ class LinearPlanarModel(NamedTuple):
     F: Array
     C: Array
     B: Array
-    decay: Array
-    period: float
-    summed: float
+    decay: Array = np.zeros(0)
+    period: float = 0.0
+    summed: float = 0.0
 
     def with_discrepancy(self, period: float, steps: float, filter_rate: float) -> "LinearPlanarModel":
         """The same, with a model discrepancy in the state.
@@ -135,9 +135,7 @@ def linearise_period(planar: PlanarParameters, period: float) -> LinearPlanarMod
     B[:4, 0] = (after(balance, e, 0.0) - rest) / e
     B[:4, 1] = (after(balance, 0.0, e) - rest) / e
     F[4, 0] = F[5, 2] = F[6, 4] = F[7, 5] = 1.0
-    return LinearPlanarModel(
-        F, sensor_slopes(smooth) @ _true_readings(k.imu_delay / period), B, np.zeros(0), period, 0.0
-    )
+    return LinearPlanarModel(F, sensor_slopes(smooth) @ _true_readings(k.imu_delay / period), B)
 
 
 def _true_readings(late: float) -> Array:
@@ -206,7 +204,7 @@ def covariances(linear: LinearPlanarModel, noise: NoiseModel) -> Covariances:
 
 def _instants(linear: LinearPlanarModel) -> tuple[int, float]:
     """How many instants `riccati` goes through at most, and the change of gains at which it takes them for settled."""
-    return max(_INSTANTS, round(_SECONDS / linear.period)), _SETTLED * linear.period if len(linear.decay) else 0.0
+    return _INSTANTS, _SETTLED if len(linear.decay) else 0.0
 
 
 class Solution(NamedTuple):

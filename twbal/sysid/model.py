@@ -271,8 +271,7 @@ class Data:
     def autocorrelation(self, errors: Sequence[Array], kalman: Filter) -> Array:
         """Autocorrelation of prediction errors that a filter made, per channel (4,); 1 is what white ones have."""
         robust = [robustify(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
-        counted = [usable[1:] for usable in self.usable]
-        return ljung_box_ratio(robust, counted, error_variances(kalman), _LAGS)
+        return ljung_box_ratio(robust, error_variances(kalman), self.count, _LAGS)
 
     def penalty(self, model: Model) -> float:
         """-2 log prior of the levels of a model discrepancy, but for a constant; 0 without one."""
