@@ -17,7 +17,7 @@ from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import coverage95, half_widths95
 from twbal.core.episode import Episode
-from twbal.core.evaluation import PlaceBy, SuccessCriterion, TrialVerdict, check_horizon, drift, judged, real_cost
+from twbal.core.evaluation import PlaceBy, SuccessCriterion, TrialVerdict, drift, judged, real_cost
 from twbal.core.gaussian import Array
 from twbal.core.scores import scores
 
@@ -31,18 +31,12 @@ class Measures:
         cost: of a state.
         horizon: over which costs are summed [control periods].
         channels: the state.
-
-    Raises:
-        ConfigError: a trial ends before the horizon.
     """
 
     rule: SuccessCriterion
     cost: Cost
     horizon: int
     channels: Channels
-
-    def __post_init__(self) -> None:
-        check_horizon(self.rule, self.horizon)
 
 
 @dataclass(frozen=True)

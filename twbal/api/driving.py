@@ -139,8 +139,7 @@ def evaluate(
 
     Raises:
         ConfigError: an argument or a setting cannot be right, or is not read here; the policy was made for another
-            control period, or commands more than the torque limit of the plant; or the plant is not the robot that was
-            named.
+            control period, or commands more than the plant's torque limit; or the plant is another robot.
         DataError: the policy gives no law or commands what is no number, or the plant returns no observation.
         CheckpointError: the policy cannot be read.
         LinkError: the plant was closed; or the robot fell silent, measures the same again and again, or does not
@@ -173,10 +172,7 @@ def evaluate(
         source = Provenance(name, "simulation", seed=seed)
         episodes = _told(driven(setup.simulation.having(given), driver, channels, settings, source), tell)
     else:
-        end_if_read_again()
-        check_plant(plant)
-        if given:
-            raise ConfigError("effects are those of the simulated robot, and here a plant is driven; give one of both.")
+        _check_driven(plant, given)
         episodes = _driven_on(plant, driver, channels, settings, setup.simulation.robot, tell)
     verdicts = tuple(judged(episode, rule) for episode in episodes)
     return Evaluation(
@@ -203,6 +199,14 @@ def _driven_on(
     plan = RolloutPlan(lambda: plant, driver, channels, settings.steps, settings.tilt_limit, new_watch=FrozenSensors)
     with stoppable(plant):
         return _told(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]), tell)
+
+
+def _check_driven(plant: Plant, effects: Sequence[Effect]) -> None:
+    """Raise ConfigError where a robot to drive is none, or effects are given, which only the simulated one has."""
+    end_if_read_again()
+    check_plant(plant)
+    if effects:
+        raise ConfigError("effects are those of the simulated robot, and here a plant is driven; give one of both.")
 
 
 def _told(driven: Iterable[Episode], tell: Callable[[Episode], object]) -> tuple[Episode, ...]:

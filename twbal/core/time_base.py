@@ -17,7 +17,7 @@ _AHEAD = 8  # rows within which those that are late catch up
 _NEAR = 51  # samples whose mean deviation is not that of one instant
 _STEADY = 2.0  # times the deviation of the mean of so many white ones, which it may have beside a steady clock
 _EVEN = 1e-6  # share of a control period by which the instants of an even loop vary, but for the stamps' digits
-_TOLD = 70.0  # of `wanted`: three standard errors lie between an uneven loop and stamps that jitter, and half of it
+_TOLD = 70.0  # of `wanted`, from which on the half of it is three standard errors: what angles must tell at least
 _FEW = 5  # samples of which nothing is said
 _LEAST = 1e-24  # variance of an angle that does not move
 

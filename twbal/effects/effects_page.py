@@ -27,7 +27,8 @@ motors and a walking bias of the gyro are found in separate steps. One effect is
 In the tables, *range* is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m, 20 ms and
 12 kg, and grows with the robot's torque limit, control period or mass. *Default* is the value of an effect that is put
 into a simulation on the command line, and *no effect* the values at which the whole effect does nothing. A setting may
-lie up to ten times beyond the range, as far as the effect takes such values.
+lie up to ten times beyond the range, as far as the effect takes such values. In a loop that is faster than 20 ms,
+`twbal diagnose` searches delays and lags up to the times at 20 ms.
 
 [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own. `python scripts/effects.py` writes this
 page from the definitions.
