@@ -17,7 +17,7 @@ _AHEAD = 8  # rows within which those that are late catch up
 _NEAR = 51  # samples whose mean deviation is not that of one instant
 _STEADY = 2.0  # times the deviation of the mean of so many white ones, which it may have beside a steady clock
 _EVEN = 1e-6  # share of a control period by which the instants of an even loop vary, but for the stamps' digits
-_TOLD = 70.0  # of `wanted`, from which on the half of it is three standard errors: what angles must tell at least
+_TOLD = 4.0  # of `wanted`, below which an uneven loop and an even one are as likely as each other, within 2 nats
 _FEW = 5  # samples of which nothing is said
 _LEAST = 1e-24  # variance of an angle that does not move
 
@@ -159,8 +159,7 @@ def is_uneven(paces: Sequence[LoopJitter]) -> bool:
     """Whether the loop of one robot is as uneven as its stamps, by all of its recordings.
 
     Together they tell it where one alone could not: the slope of found on wanted is about 1, or 0 where only the stamps
-    jitter. Its standard error is 1.4 over the root of wanted, as second differences are correlated. Where that is too
-    large to tell, so little depends on it that the loop is taken for an even one.
+    jitter. Where the stamps jitter so little that both are nearly as likely, the loop is taken for an even one.
     """
     wanted = sum(pace.wanted for pace in paces)
     return wanted > _TOLD and sum(pace.found for pace in paces) > 0.5 * wanted
